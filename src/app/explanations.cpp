@@ -367,10 +367,10 @@ constexpr Explanation kRooms[] = {
      "says "
      "what stands in."},
     {"LIGHT-MOTION",
-     "A light's transform changes while the shutter is open. Lights do not move within a frame: they stand where "
-     "they "
-     "are at the middle of the shutter, so that a moving lamp has no motion blur, and neither have its shadows and "
-     "highlights. Surfaces that glow do move."},
+     "A light's transform changes the light's size or shape while the shutter is open, or mirrors it. Lights move "
+     "and "
+     "turn within a frame, and their filters with them, but keep the size and shape that they have at the middle of "
+     "the shutter. Surfaces that glow change those too."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
      "which "

@@ -39,6 +39,9 @@ void LightSet::emitFrom(uint32_t width, Arena& arena, uint32_t n, const uint32_t
     kinds_[run.kind].byWidth[width]->emit(&a);
   }
   for (int k = 0; k < 14; ++k) order.put(ordered[k], outputs[k]);
+  fromRest(n, chosen, time, LightVector::Point, out.o);
+  fromRest(n, chosen, time, LightVector::Direction, out.d);
+  fromRest(n, chosen, time, LightVector::Direction, out.N);
 }
 
 void LightSet::emit(uint32_t width, Arena& arena, uint32_t n, const float* uChoice, const float* const u[4],
@@ -116,8 +119,12 @@ void LightSet::ends(uint32_t width, Arena& arena, const Points& p, LightEnds* en
   };
   uint32_t* light = arena.make<uint32_t>(room);
   for (uint32_t i = 0; i < room; ++i) light[i] = end->light[std::min(i, n - 1)];
-  const float* inputs[8] = {p.P[0],           p.P[1],           p.P[2],        taken(end->d[0]),
-                            taken(end->d[1]), taken(end->d[2]), taken(end->t), p.time};
+  const float* const d[3] = {taken(end->d[0]), taken(end->d[1]), taken(end->d[2])};
+  const float* inputs[8] = {};
+  toRest(arena, n, light, p.time, LightVector::Point, p.P, inputs);
+  toRest(arena, n, light, p.time, LightVector::Direction, d, inputs + 3);
+  inputs[6] = taken(end->t);
+  inputs[7] = p.time;
   float* choice = arena.make<float>(room);
   {
     // of no light there is no choice to be known
@@ -168,6 +175,7 @@ void LightSet::ends(uint32_t width, Arena& arena, const Points& p, LightEnds* en
     std::fill_n(b.pdfDirection, run.count, 0.f);
   }
   for (int k = 0; k < 6; ++k) order.put(ordered[k], outputs[k]);
+  fromRest(n, light, p.time, LightVector::Direction, N);
   for (uint32_t i = 0; i < n; ++i) {
     if (light[i] == kNoLight) continue;
     pdf[i] = flags[i] & kLightIsDelta ? choice[i] : pdf[i] * choice[i];

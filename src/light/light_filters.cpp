@@ -19,6 +19,25 @@ LightFilters::LightFilters(Arena& arena, uint32_t most) {
   for (float*& f : in) f = arena.make<float>(room);
   for (float*& f : factor_) f = arena.make<float>(room);
   for (float*& f : group_) f = arena.make<float>(room);
+  for (float*& f : rest_) f = arena.make<float>(room);
+}
+
+void LightFilters::ask(uint32_t width, const LightFilterEntry& filter, uint32_t count, float* const to[3]) const {
+  float* const* x = in;
+  if (filter.motion) {
+    for (uint32_t i = 0; i < padded(count); ++i) {
+      float P[3] = {in[0][i], in[1][i], in[2][i]}, wi[3] = {in[3][i], in[4][i], in[5][i]};
+      carryToRest(*filter.motion, in[7][i], LightVector::Point, P);
+      carryToRest(*filter.motion, in[7][i], LightVector::Direction, wi);
+      for (int c = 0; c < 3; ++c) {
+        rest_[c][i] = P[c];
+        rest_[3 + c][i] = wi[c];
+      }
+    }
+    x = rest_;
+  }
+  const LightFilterArgs a{count, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, in[6], in[7], {to[0], to[1], to[2]}};
+  filter.byWidth[width]->factor(filter.instance, &a);
 }
 
 void LightFilters::apply(uint32_t width, const std::vector<LightFilterEntry>& filters, uint32_t count,
@@ -34,9 +53,7 @@ void LightFilters::apply(uint32_t width, const std::vector<LightFilterEntry>& fi
     for (size_t g = f; g < end; ++g) {
       if (!use.has(filters[g])) continue;
       float* const* to = isFirst ? group_ : factor_;
-      const LightFilterArgs a{count, {in[0], in[1], in[2]}, {in[3], in[4], in[5]}, in[6],
-                              in[7], {to[0], to[1], to[2]}};
-      filters[g].byWidth[width]->factor(filters[g].instance, &a);
+      ask(width, filters[g], count, to);
       if (const float amount = use.amountOf(filters[g]); amount != 1)
         for (int c = 0; c < 3; ++c)
           for (uint32_t i = 0; i < count; ++i) to[c][i] = 1 + amount * (to[c][i] - 1);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/arena.h"
+#include "light/light_motion.h"
 
 namespace kinora::light {
 
@@ -20,7 +21,8 @@ struct LightFilterEntry {
   const LightFilterFunctions* byWidth[17] = {};
   std::shared_ptr<void> owner;
   const void* instance = nullptr;
-  bool isUniform = false;  // holds for emitted light too
+  std::shared_ptr<const LightMotion> motion;  // of its space, as the light's (light_motion.h)
+  bool isUniform = false;                     // holds for emitted light too
   // Neighbours of one group combine in its mode; groups multiply.
   LightFilterMode mode = LightFilterMode::Multiply;
   uint32_t group = 0;
@@ -57,7 +59,9 @@ class LightFilters {
              float* const value[3], FilterUse use) const;
 
  private:
-  float *factor_[3], *group_[3];
+  void ask(uint32_t width, const LightFilterEntry& filter, uint32_t count, float* const to[3]) const;
+
+  float *factor_[3], *group_[3], *rest_[6];
 };
 
 }  // namespace kinora::light

@@ -80,7 +80,14 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayLi
   const Arena::Mark mark = arena.mark();
   float* const arrays[8] = {w.o[0], w.o[1], w.o[2], w.d[0], w.d[1], w.d[2], w.time, w.t};
   for (float* x : arrays) padFloats(x, n);
-  // a run's part of the rays: origins, directions and times in order
+  // the rays where lights that move rest; then a run's part of them: origins, directions and times in order
+  const float* rest[8];
+  const auto carryRays = [&] {
+    toRest(arena, n, w.light, w.time, LightVector::Point, arrays, rest);
+    toRest(arena, n, w.light, w.time, LightVector::Direction, arrays + 3, rest + 3);
+    rest[6] = w.time;
+    rest[7] = w.t;
+  };
   const auto raysOf = [&](const Order& order, const LightOrder::Run& run, const float* const* in, float* t) {
     LightRayArgs a{};
     order.setLights(a, run);
@@ -97,8 +104,9 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayLi
   if (!areInfinite) {
     uint32_t* met = arena.make<uint32_t>(padded(n) + kPad);
     const Order order(*this, width, arena, n, w.light);
+    carryRays();
     const float* in[7];
-    for (int k = 0; k < 7; ++k) in[k] = order.take(arrays[k]);
+    for (int k = 0; k < 7; ++k) in[k] = order.take(rest[k]);
     float* t = const_cast<float*>(order.take(w.t));
     uint32_t* hit = order.room(met);
     for (uint32_t r = 0; r < order.runCount(); ++r) {
@@ -129,8 +137,9 @@ void LightSet::askWaiting(uint32_t width, Arena& arena, bool camera, const RayLi
     float *radiance[3], *pdf = arena.make<float>(padded(n) + kPad);
     for (float*& x : radiance) x = arena.make<float>(padded(n) + kPad);
     const Order order(*this, width, arena, n, w.light);
+    carryRays();
     const float* in[8];
-    for (int k = 0; k < 8; ++k) in[k] = order.take(arrays[k]);
+    for (int k = 0; k < 8; ++k) in[k] = order.take(rest[k]);
     float* const outputs[4] = {radiance[0], radiance[1], radiance[2], pdf};
     float* ordered[4];
     for (int k = 0; k < 4; ++k) ordered[k] = order.room(outputs[k]);

@@ -93,8 +93,9 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   descriptions.reserve(lights.size());
   for (const LightEntry& l : lights) {
     descriptions.push_back(l.description);
+    if (l.motion) widen(descriptions.back(), *l.motion);
     // a light that stands nowhere shines nowhere
-    if (!isUsable(l.description)) descriptions.back().power = 0;
+    if (!isUsable(descriptions.back())) descriptions.back().power = 0;
   }
   tree_ = LightTree(descriptions);
   links_ = LinkSets(tree_, withoutOwn(lights, linkSets.empty() ? std::vector<std::vector<uint32_t>>(1) : linkSets));
@@ -110,12 +111,12 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
   std::map<Words, uint32_t> known;
   for (uint32_t i = 0; i < lights.size(); ++i) {
     LightEntry& l = lights[i];
-    const LightDescription& d = l.description;
+    const LightDescription& d = descriptions[i];
     const bool isLit = tree_.places()[i].leaf != LightTree::kNone;
     // Of a light from all around some part lies behind every caustic's focus: the variance of what a walk brings is
     // infinite there, and directions that the material draws find it at once.
     const bool isWide = d.isInfinite && !d.isDelta && !(d.cosReach > 0);
-    Record r{d.diffuse, d.specular, l.group, kNone, kNone, uint16_t(l.kind), 0};
+    Record r{d.diffuse, d.specular, l.group, kNone, kNone, kNone, uint16_t(l.kind), 0};
     const bool isControlled = l.castsShadow && l.shadows.areAny(), isPlain = l.castsShadow && !isControlled;
     // shadows that differ from what rays see alone do not keep paths from starting there
     const bool isOrdinary = l.castsShadow && !l.shadows.areSaid();
@@ -143,6 +144,15 @@ LightSet::LightSet(std::vector<LightKind> kinds, std::vector<LightEntry> lights,
     if (!l.filters.empty()) {
       r.filters = uint32_t(filters_.size());
       filters_.push_back(std::move(l.filters));
+    }
+    if (l.motion) {
+      r.motion = uint32_t(motions_.size());
+      motions_.push_back(*l.motion);
+      // what comes from infinitely far turns about the world, as the disk that its rays start on
+      for (int c = 0; c < 3 && d.isInfinite; ++c) {
+        motions_.back().pivot[c] = center_[c];
+        for (LightMotion::Pose& p : motions_.back().poses) p.shift[c] = 0;
+      }
     }
     hasDistances_ = hasDistances_ || (r.flags & kShadowless);
     if (isLit && !d.isDelta) {
@@ -202,6 +212,7 @@ size_t LightSet::bytes() const {
              directions_.bytes() + near_.size() * sizeof(Sphere) +
              (distant_.size() + emission_.size() + walkedTo_.size()) * 4;
   for (const auto& f : filters_) n += sizeof f + f.size() * sizeof(LightFilterEntry);
+  for (const LightMotion& m : motions_) n += sizeof m + m.poses.size() * sizeof(LightMotion::Pose);
   return n + shadows_.size() * sizeof(ShadowControls);
 }
 
@@ -239,6 +250,40 @@ void LightSet::probabilities(uint32_t width, const Points& p, const uint32_t* li
   a.light = const_cast<uint32_t*>(light);
   a.probability = out;
   probabilityKernel(width)(a);
+}
+
+void LightSet::toRest(Arena& arena, uint32_t n, const uint32_t* light, const float* time, LightVector kind,
+                      const float* const x[3], const float* rest[3]) const {
+  for (int c = 0; c < 3; ++c) rest[c] = x[c];
+  if (motions_.empty()) return;
+  uint32_t first = 0;
+  while (first < n && !motionOf(light[first])) ++first;
+  if (first == n) return;
+  float* moved[3];
+  for (int c = 0; c < 3; ++c) {
+    rest[c] = moved[c] = arena.make<float>(padded(n) + kPad);
+    std::copy_n(x[c], n, moved[c]);
+  }
+  for (uint32_t i = first; i < n; ++i) {
+    const LightMotion* m = motionOf(light[i]);
+    if (!m) continue;
+    float v[3] = {x[0][i], x[1][i], x[2][i]};
+    carryToRest(*m, time ? time[i] : 0.5f, kind, v);
+    for (int c = 0; c < 3; ++c) moved[c][i] = v[c];
+  }
+  for (float* v : moved) padFloats(v, n);
+}
+
+void LightSet::fromRest(uint32_t n, const uint32_t* light, const float* time, LightVector kind,
+                        float* const x[3]) const {
+  if (motions_.empty()) return;
+  for (uint32_t i = 0; i < n; ++i) {
+    const LightMotion* m = motionOf(light[i]);
+    if (!m) continue;
+    float v[3] = {x[0][i], x[1][i], x[2][i]};
+    carryFromRest(*m, time ? time[i] : 0.5f, kind, v);
+    for (int c = 0; c < 3; ++c) x[c][i] = v[c];
+  }
 }
 
 // Multiplies radiance by the lights' filters: the same numbers for a sample and for a ray that met the light.
@@ -284,8 +329,10 @@ void LightSet::askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32
                           const float* time, const float* const u[2], float* const outputs[8],
                           uint32_t* flags) const {
   const Order order(*this, width, arena, n, light);
-  const float* const in[6] = {order.take(P[0]), order.take(P[1]), order.take(P[2]),
-                              order.take(time), order.take(u[0]), order.take(u[1])};
+  const float* rest[3];
+  toRest(arena, n, light, time, LightVector::Point, P, rest);
+  const float* const in[6] = {order.take(rest[0]), order.take(rest[1]), order.take(rest[2]),
+                              order.take(time),    order.take(u[0]),    order.take(u[1])};
   float* ordered[8];
   for (int k = 0; k < 8; ++k) ordered[k] = order.room(outputs[k]);
   uint32_t* orderedFlags = order.room(flags);
@@ -311,6 +358,7 @@ void LightSet::askSamples(uint32_t width, Arena& arena, uint32_t n, const uint32
   }
   for (int k = 0; k < 8; ++k) order.put(ordered[k], outputs[k]);
   order.put(orderedFlags, flags);
+  fromRest(n, light, time, LightVector::Direction, outputs);
 }
 
 // The sets that lights are chosen from where some are sampled by themselves.

@@ -15,6 +15,7 @@
 #include "base/memory.h"
 #include "light/light_boxes.h"
 #include "light/light_filters.h"
+#include "light/light_motion.h"
 #include "light/light_tree.h"
 #include "light/link_sets.h"
 
@@ -69,6 +70,7 @@ struct LightEntry {
   uint32_t ownSamples = 0;    // that it asks for, see OwnLightSamples
   bool isIndirectToo = true;  // false: surfaces that a diffuse bounce found are not lit (kept by link sets)
   std::vector<LightFilterEntry> filters;
+  std::shared_ptr<const LightMotion> motion;  // null: it stands still, or its plug-in knows the time
 };
 
 class LightSet {
@@ -165,7 +167,7 @@ class LightSet {
   // What many lights have alike: kept once for all of them.
   struct Record {
     float diffuse, specular;
-    uint32_t group, filters, shadows;  // filters, shadows: indices, or kNone
+    uint32_t group, filters, shadows, motion;  // indices, or kNone; but for the group
     uint16_t kind, flags;
   };
   // Of these four share a line of the cache: among many lights each is another one's.
@@ -179,6 +181,14 @@ class LightSet {
     float center[3], radius2;
   };
   class Order;
+  // Of n points or directions with a light each those of lights that move: where their lights rest, as copies (padded;
+  // the given ones where none moves), and back from there in place.
+  void toRest(Arena& arena, uint32_t n, const uint32_t* light, const float* time, LightVector kind,
+              const float* const x[3], const float* rest[3]) const;
+  void fromRest(uint32_t n, const uint32_t* light, const float* time, LightVector kind, float* const x[3]) const;
+  const LightMotion* motionOf(uint32_t light) const {
+    return light == kNoLight || recordOf(light).motion == kNone ? nullptr : &motions_[recordOf(light).motion];
+  }
   const uint32_t* setsBesideOwn(Arena& arena, uint32_t n, const uint32_t* linkSet) const;
   // How many of a light's own samples there are for each of lightSamples().
   float ownShare(uint32_t light, uint32_t beside) const {
@@ -225,6 +235,7 @@ class LightSet {
   std::vector<uint64_t> filterLinks_;
   bool splitsFilters_ = false;  // some weigh on diffuse and specular light differently
   std::vector<ShadowControls> shadows_;
+  std::vector<LightMotion> motions_;
   LightTree tree_;
   LinkSets links_;
   std::vector<Sphere> near_;       // lights that rays can hit, while they are few

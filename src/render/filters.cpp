@@ -11,6 +11,7 @@
 
 #include "base/text.h"
 #include "plugin/refused.h"
+#include "render/light_places.h"
 #include "texture/texture_system.h"
 
 namespace kinora::render {
@@ -285,14 +286,13 @@ const scene::Transform* spaceOf(const scene::Light& light, const std::string& na
 
 }  // namespace
 
-std::vector<light::LightFilterEntry> makeLightFilters(
-    const scene::Light& light, const scene::Scene& scene,
-    const std::function<Placement(const scene::Transform&)>& placement, Registry& registry, const Host& host,
-    Diagnostics& diagnostics, float& largestFactor) {
+std::vector<light::LightFilterEntry> makeLightFilters(const scene::Light& light, const scene::Scene& scene,
+                                                      const CameraState& camera, Registry& registry, const Host& host,
+                                                      Diagnostics& diagnostics, float& largestFactor) {
   std::vector<light::LightFilterEntry> list;
   largestFactor = 1;
   const FilterGroups groups(light.filters, diagnostics);
-  const Placement lightPlace = placement(light.toWorld);
+  const Placement lightPlace = placementOf(light.toWorld, camera);
   const LightFilterInfo info{&lightPlace};
   for (const scene::NodePtr& n : light.filters) {
     if (isLightCombiner(*n)) continue;
@@ -316,7 +316,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
       else
         space = *found;
     }
-    const Placement place = placement(space);
+    const Placement place = placementOf(space, camera);
     Instance instance;
     if (!instance.create(*d, n.get(), &place, &info, host, diagnostics)) continue;
     light::LightFilterEntry e;
@@ -328,6 +328,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(
     if (!usable) continue;
     e.owner = instance.owner();
     e.instance = instance.data();
+    e.motion = movesOf(space, camera).motion;
     if (const auto* traits = static_cast<const LightFilterTraits*>(d->traits)) {
       e.isUniform = traits->isUniform && traits->isUniform(e.instance);
       if (traits->largest) largestFactor *= std::max(0.f, traits->largest(e.instance));

@@ -3,7 +3,6 @@
 #pragma once
 #include <kinora/channel_filter.h>
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "film/pixel_filter.h"
 #include "light/light_set.h"
 #include "plugin/registry.h"
+#include "render/camera.h"
 #include "render/world_build.h"
 #include "scene/scene.h"
 
@@ -61,11 +61,9 @@ film::DisplayOutput::PixelStage displayFiltersOf(const film::DisplayPlan& plan, 
 void makePixelFilter(const scene::Scene& scene, Registry& registry, const Host& host, Diagnostics& diagnostics,
                      film::PixelFilter& out);
 
-// The filters of a light, ready for its entry in the light set. `placement` gives a transform's place in render
-// space.
-std::vector<light::LightFilterEntry> makeLightFilters(
-    const scene::Light& light, const scene::Scene& scene,
-    const std::function<Placement(const scene::Transform&)>& placement, Registry& registry, const Host& host,
-    Diagnostics& diagnostics, float& largestFactor);
+// The filters of a light, ready for its entry in the light set.
+std::vector<light::LightFilterEntry> makeLightFilters(const scene::Light& light, const scene::Scene& scene,
+                                                      const CameraState& camera, Registry& registry, const Host& host,
+                                                      Diagnostics& diagnostics, float& largestFactor);
 
 }  // namespace kinora::render

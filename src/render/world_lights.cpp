@@ -10,6 +10,7 @@
 #include "render/filters.h"
 #include "render/ies_profiles.h"
 #include "render/legacy_lights.h"
+#include "render/light_places.h"
 #include "render/mesh_light.h"
 #include "scene/digests.h"
 #include "shade/medium_light.h"
@@ -74,32 +75,18 @@ std::set<std::string> namesOf(const scene::Light& l) {
   return all;
 }
 
-// Lights stand where they are at the middle of the shutter: told where that is seen.
-void warnOfMotion(const scene::Light& l, const CameraState& camera, Diagnostics& diagnostics) {
-  if (l.toWorld.isStatic() || !(camera.shutterClose > camera.shutterOpen)) return;
-  const scene::Matrix open = l.toWorld.at(camera.shutterOpen), close = l.toWorld.at(camera.shutterClose);
-  bool moves = false;
-  for (int i = 0; i < 16; ++i) moves = moves || open[i / 4][i % 4] != close[i / 4][i % 4];
-  if (moves)
+// Lights keep their size and shape over the shutter: told where they should not.
+std::shared_ptr<const light::LightMotion> motionOf(const scene::Light& l, const CameraState& camera,
+                                                   Diagnostics& diagnostics) {
+  LightMoves moves = movesOf(l.toWorld, camera);
+  if (!moves.isWhole)
     diagnostics.warning(
-        "LIGHT-MOTION", l.node->pos, l.node->plugin + " '" + l.node->handle + "' moves while the shutter is open",
-        "it stands where it is at the middle of that time", "an object that glows (PxrConstant, glowGain) moves");
-}
-
-Placement placementOf(const scene::Transform& toWorld, const CameraState& camera) {
-  Placement p{};
-  scene::Matrix m = toWorld.at(camera.middle());
-  bool isFinite = true;
-  for (int i = 0; i < 16; ++i) isFinite &= std::isfinite(m[i / 4][i % 4]);
-  if (!isFinite) m = scene::Matrix();
-  for (int k = 0; k < 3; ++k) {
-    m[3][k] -= camera.origin[k];
-    p.worldOrigin[k] = camera.origin[k];
-  }
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) p.localToRender[4 * i + j] = m[i][j];
-  p.isStatic = toWorld.isStatic();
-  return p;
+        "LIGHT-MOTION", l.node->pos,
+        l.node->plugin + " '" + l.node->handle + "' changes its size or shape while the shutter is open",
+        moves.motion ? "it keeps those of the middle of that time, and moves and turns as it should"
+                     : "it stands where it is at the middle of that time",
+        "an object that glows (PxrConstant, glowGain) changes");
+  return std::move(moves.motion);
 }
 
 // Of all that a light's own data are made of.
@@ -109,8 +96,8 @@ Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Sc
   h.digest(scene::ownDigestOf(l));
   h.text(plugin.name);
   h.bytes(camera.origin, sizeof camera.origin);
-  const double middle = camera.middle();
-  h.bytes(&middle, sizeof middle);
+  const double shutter[2] = {camera.shutterOpen, camera.shutterClose};  // filters move
+  h.bytes(shutter, sizeof shutter);
   if (l.geometry) {
     h.word(camera.worldToCamera.determinant() < 0);
     h.digest(scene::digestOf(l.geometry->toWorld));
@@ -309,9 +296,9 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
     filtered = l;
     filtered.filters.push_back(profile);
   }
-  e.filters = makeLightFilters(
-      profile ? filtered : l, scene, [&](const scene::Transform& t) { return placementOf(t, tools.camera); },
-      tools.registry, tools.host, tools.diagnostics, largestFactor);
+  e.filters = makeLightFilters(profile ? filtered : l, scene, tools.camera, tools.registry, tools.host,
+                               tools.diagnostics, largestFactor);
+  e.motion = motionOf(l, tools.camera, tools.diagnostics);
   if (declares(plugin, "intensityNearDist")) {
     const float nearest = l.node->params.getFloat("intensityNearDist", 0);
     if (nearest > 0 && std::isfinite(nearest))
@@ -344,7 +331,6 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     }
     const std::shared_ptr<const Made> m = madeOf(l, *d, scene, tools, made);
     if (!m) continue;
-    warnOfMotion(l, tools.camera, tools.diagnostics);
     if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->mark) {
       light::MarkEntry mark;
       mark.channel = m->mark.channel ? m->mark.channel : "";

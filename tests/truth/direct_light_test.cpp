@@ -285,21 +285,22 @@ TEST(Agreement, ClampsOnlyDarken) {
   EXPECT_EQ(hashOf(a.film()), hashOf(b.film()));
 }
 
-// Lights do not move within a frame, which is told where it shows.
-TEST(DirectLight, LightsThatMoveAreTold) {
-  const auto messages = [](const char* shutter, const char* second) {
+// Lights move and turn with the shutter; that they keep their size is told where it shows.
+TEST(DirectLight, LightsThatChangeTheirSizeAreTold) {
+  const auto messages = [](const char* shutter, const char* first, const char* second) {
     RenderRequest r;
-    r.rib = orthographic(4, 1, 4) + shutter + "WorldBegin\nAttributeBegin MotionBegin [0 1] Translate 0 0 0 " +
-            second +
+    r.rib = orthographic(4, 1, 4) + shutter + "WorldBegin\nAttributeBegin MotionBegin [0 1] " + first + " " + second +
             " MotionEnd Light \"PxrSphereLight\" \"lamp\"\nAttributeEnd\nSphere 0.4 -0.4 0.4 360\nWorldEnd\n";
     SceneRender render(r);
     EXPECT_TRUE(render.ok());
     return std::count_if(render.messages().begin(), render.messages().end(),
                          [](const std::string& m) { return m.find("LIGHT-MOTION") != std::string::npos; });
   };
-  EXPECT_EQ(messages("Shutter 0 1\n", "Translate 0 1 0"), 1);
-  EXPECT_EQ(messages("Shutter 0 1\n", "Translate 0 0 0"), 0);
-  EXPECT_EQ(messages("", "Translate 0 1 0"), 0);
+  EXPECT_EQ(messages("Shutter 0 1\n", "Scale 1 1 1", "Scale 1 2 1"), 1);
+  EXPECT_EQ(messages("Shutter 0 1\n", "Scale 1 1 1", "Scale -0.5 1 1"), 1);
+  EXPECT_EQ(messages("Shutter 0 1\n", "Translate 0 0 0", "Translate 0 1 0"), 0);
+  EXPECT_EQ(messages("Shutter 0 1\n", "Rotate 0 0 1 0", "Rotate 720 0 1 0"), 0);
+  EXPECT_EQ(messages("", "Scale 1 1 1", "Scale 1 2 1"), 0);
 }
 
 }  // namespace
