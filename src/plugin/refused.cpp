@@ -7,12 +7,10 @@ namespace kinora {
 namespace {
 
 constexpr const char* kBake = "nothing is baked";
-constexpr const char* kSubsurface = "its slab is not made yet";
 
 constexpr RefusedPlugin kTable[] = {
     {Kind::Bxdf, "LamaHairChiang", "its parameters are not published", "PxrMarschnerHair"},
-    {Kind::Bxdf, "LamaSSS", kSubsurface, "PxrSurface, LamaDiffuse"},
-    {Kind::Bxdf, "LamaTricolorSSS", kSubsurface, "PxrSurface, LamaDiffuse"},
+    {Kind::Bxdf, "LamaTricolorSSS", "its slab is not made yet", "LamaSSS, PxrSurface"},
     {Kind::Bxdf, "PxrHair", "its parameters are not published", "PxrMarschnerHair"},
     {Kind::Bxdf, "PxrLMLayer", "its layers are not taken apart", "PxrSurface, or LamaLayer"},
     {Kind::Bxdf, "PxrLMMixer", "its layers are not taken apart", "PxrLayerSurface, or LamaMix"},

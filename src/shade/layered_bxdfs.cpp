@@ -130,14 +130,15 @@ const OpRow* opOf(const scene::Node& n) {
 
 // Whether LamaSurface takes a structure that was written by hand.
 bool isTree(std::string_view text) {
-  int open = 0, leaves = 0;
+  int open = 0, leaves = 0, below = 0;
   for (const char letter : text) {
     if (std::string_view("LMP").find(letter) != std::string_view::npos) {
       if (--open < 1) return false;
     } else {
-      if (std::string_view("DCAGgRrSsFHTE").find(letter) == std::string_view::npos) return false;
+      if (std::string_view("DCAGgRrSsFHTEUVXWYZ").find(letter) == std::string_view::npos) return false;
       ++open;
-      if (++leaves > kMaxLeaves) return false;
+      below += letter >= 'U' && letter <= 'Z';
+      if (++leaves > kMaxLeaves || below > 1) return false;
     }
   }
   return open == 1;
@@ -192,7 +193,7 @@ class Flattener {
   scene::Node node_;
   std::string structure_;
   int leaves_ = 0, ops_ = 0, visits_ = 0;
-  bool told_ = false;
+  bool told_ = false, hasSubsurface_ = false;
 
   // Appends a node's tree; false where nothing came of it. on: it lies on something.
   bool add(const scene::Node& n, bool on) {
@@ -238,7 +239,29 @@ class Flattener {
     }
     return true;
   }
+  // LamaSSS: where its values go there is room for one.
+  bool subsurface(const scene::Node& n) {
+    const Descriptor* d = registry_.find(Kind::Bxdf, "LamaSSS", diagnostics_, n.pos);
+    if (!d) return false;
+    ResolvedParams(*d, &n, diagnostics_);  // for its messages
+    if (hasSubsurface_)
+      tell(n.pos, "the material '" + node_.handle + "' has more than one slab that scatters below the surface",
+           "a diffuse slab stands in for '" + n.handle + "'");
+    const bool areFlights = n.params.getInt("albedoInversionMethod", 0) == 1;
+    constexpr char kLetters[2][4] = {{'U', 'X', 'Y', 'Z'}, {'V', 'W', 'Y', 'Z'}};
+    const int mode = std::clamp(n.params.getInt("sssMode", 0), 0, 3);
+    const std::string prefix = next(hasSubsurface_ ? 'D' : kLetters[areFlights][mode]);
+    copy(n, d, n.params.find("sssColor") ? "sssColor" : "color", prefix + "color");
+    copy(n, d, n.params.find("sssNormal") ? "sssNormal" : "normal", prefix + "normal");
+    if (!hasSubsurface_)
+      for (const char* name : {"sssRadius", "sssScale", "sssUnitLength", "sssAnisotropy", "sssBleed", "sssSubset",
+                               "sssContinuationRays"})
+        copy(n, d, name, name);
+    hasSubsurface_ = true;
+    return true;
+  }
   bool leaf(const scene::Node& n, bool on) {
+    if (sameName(n.plugin, "LamaSSS") && subsurface(n)) return true;
     for (const LeafRow& row : kLeaves) {
       if (!sameName(n.plugin, row.plugin)) continue;
       const Descriptor* d = registry_.find(Kind::Bxdf, row.plugin, diagnostics_, n.pos);
@@ -299,6 +322,7 @@ class Flattener {
       scene::Parameter p;
       p.name = to;
       const bool isNumber = q.type == Type::Float;
+      if (!isNumber && q.type != Type::Color && q.type != Type::Vector && q.type != Type::Normal) return;  // as there
       p.type = isNumber ? scene::ValueType::Float : scene::ValueType::Color;
       p.floats.assign(q.value, q.value + (isNumber ? 1 : 3));
       node_.params.set(std::move(p));

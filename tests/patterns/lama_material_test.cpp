@@ -42,6 +42,34 @@ TEST(LamaMaterial, ARootOfOneSlabIsTheSlab) {
             quietly("Bxdf \"LamaDiffuse\" \"a\" \"color diffuseColor\" [0.8 0.3 0.1] \"float roughness\" [0.4]\n"));
 }
 
+// Scattering below the surface, by both sets of names, alone and as the one slab of a tree.
+TEST(LamaMaterial, ASlabThatScattersBelowIsOneToo) {
+  const std::string root = "Bxdf \"LamaSurface\" \"s\" \"reference bxdf materialFront\" [\"a\"]\n";
+  const std::string reach = "\"color sssRadius\" [90 60 30] \"float sssBleed\" [0.5] ";
+  for (const char* mode : {"0", "1", "2", "3"})
+    for (const char* inversion : {"0", "1"}) {
+      const std::string slab = "Bxdf \"LamaSSS\" \"a\" \"color color\" [0.8 0.3 0.1] " + reach + "\"int sssMode\" [" +
+                               mode + "] \"int albedoInversionMethod\" [" + inversion + "]\n";
+      EXPECT_EQ(quietly(slab), quietly(slab + root)) << mode << " " << inversion;
+    }
+  const std::string said = "Bxdf \"LamaSSS\" \"a\" \"color color\" [0.8 0.3 0.1] " + reach + "\n",
+                    named = "Bxdf \"LamaSSS\" \"a\" \"color sssColor\" [0.8 0.3 0.1] " + reach + "\n";
+  const std::string diffuse = "Bxdf \"LamaDiffuse\" \"a\" \"color color\" [0.8 0.3 0.1]\n";
+  EXPECT_EQ(quietly(said), quietly(named));
+  EXPECT_EQ(quietly(named), quietly(named + root));
+  EXPECT_NE(quietly(said), quietly(diffuse));
+  for (const char* none : {"\"color sssRadius\" [0 0 0]", "\"color sssRadius\" [1 1 1] \"float sssScale\" [0]"}) {
+    const std::string slab = std::string("Bxdf \"LamaSSS\" \"a\" \"color color\" [0.8 0.3 0.1] ") + none + "\n";
+    EXPECT_EQ(quietly(slab), quietly(slab + root)) << none;
+    EXPECT_NE(quietly(slab), quietly(said)) << none;
+  }
+  // under a coat
+  const std::string coated = R"(Bxdf "LamaDielectric" "coat" "float roughness" [0.2] "int fresnelMode" [1]
+Bxdf "LamaLayer" "all" "reference bxdf materialTop" ["coat"] "reference bxdf materialBase" ["a"]
+)";
+  EXPECT_NE(quietly(named + coated), quietly(diffuse + coated));
+}
+
 TEST(LamaMaterial, TreesBecomeTheirStructure) {
   const std::string tree = R"(Pattern "PxrVary" "grey" "color inputRGB" [0.5 0.25 0.75]
 Bxdf "LamaDiffuse" "base" "color color" [0.8 0.3 0.1]
@@ -85,12 +113,17 @@ TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
   };
   told("Bxdf \"LamaSurface\" \"s\"\n", "no slab");
   told("Bxdf \"LamaLayer\" \"s\"\n", "no slab");
-  for (const std::string text : {"DL", "DD", "X", "", "DDDDDDDDDLLLLLLLL"})
+  for (const std::string text : {"DL", "DD", "Q", "", "UXM", "DDDDDDDDDLLLLLLLL"})
     told("Bxdf \"LamaSurface\" \"s\" \"string structure\" [\"" + text + "\"]\n", "is no tree");
   told(
-      "Bxdf \"LamaSSS\" \"a\" \"color sssColor\" [0.5 0.5 0.5]\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
+      "Bxdf \"PxrDiffuse\" \"a\" \"color diffuseColor\" [0.5 0.5 0.5]\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
       "materialFront\" [\"a\"]\n",
-      "sssColor");
+      "diffuseColor");
+  told(
+      "Bxdf \"LamaSSS\" \"a\" \"color sssRadius\" [9 9 9]\nBxdf \"LamaSSS\" \"b\"\nBxdf \"LamaMix\" \"m\" "
+      "\"reference bxdf "
+      "material1\" [\"a\"] \"reference bxdf material2\" [\"b\"]\n",
+      "more than one slab");
   told(
       "Bxdf \"LamaDiffuse\" \"a\"\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
       "materialFront\" [\"a\"] \"reference bxdf materialBack\" [\"b\"]\n",

@@ -19,14 +19,7 @@ constexpr const char* kLossless[] = {"color=1 1 1", "color=1 1 1; roughness=0.5"
 struct LamaDiffuse {
   static void begin(const Context& c, lama::Closure& k) {
     bindLeaf(c, k, lama::kKindDiffuse, {.color = kColor, .roughness = kRoughness, .normal = kNormal});
-    const Value plain = c.param(kColor), other = c.param(kDiffuseColor);
-    const auto isDefault = [&](uint32_t i) {
-      return valueAt(other, 0, i) == 0.18f && valueAt(other, 1, i) == 0.18f && valueAt(other, 2, i) == 0.18f;
-    };
-    if (other.uniform() && isDefault(0)) return;
-    k.leaves[0].color = computedValue(c, 3, plain.uniform() && other.uniform(), [&](uint32_t n, uint32_t i) {
-      return valueAt(isDefault(i) ? plain : other, n, i);
-    });
+    k.leaves[0].color = colorOf(c, kColor, kDiffuseColor, 0.18f);
   }
 };
 

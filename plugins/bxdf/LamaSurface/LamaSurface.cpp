@@ -51,7 +51,9 @@ constexpr Param kParams[] = {
             "The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
             "colours), G "
             "glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), F film, H sheen, T "
-            "translucent, E emission. L: the newest lies on the one before, M: mix, P: sum."),
+            "translucent, E emission, U subsurface by sssRadius and its kin (X exponential, Y Burley's profile; V, "
+            "W, "
+            "Z the same by mean free paths). L: the newest lies on the one before, M: mix, P: sum."),
     LEAF(1),
     LEAF(2),
     LEAF(3),
@@ -66,33 +68,43 @@ constexpr Param kParams[] = {
     OP(4),
     OP(5),
     OP(6),
-    OP(7)};
-constexpr uint32_t kFirstOp = kFirstLeaf + lama::kMaxLeaves * kLeafSize;
-static_assert(std::size(kParams) == kFirstOp + 2 * lama::kMaxOps);
+    OP(7),
+    KINORA_LAMA_SUBSURFACE};
+constexpr uint32_t kFirstOp = kFirstLeaf + lama::kMaxLeaves * kLeafSize,
+                   kFirstOfSubsurface = kFirstOp + 2 * lama::kMaxOps;
+constexpr lama::SubsurfaceParams kSubsurface{kFirstOfSubsurface,     kFirstOfSubsurface + 1, kFirstOfSubsurface + 2,
+                                             kFirstOfSubsurface + 3, kFirstOfSubsurface + 4, kFirstOfSubsurface + 5,
+                                             kFirstOfSubsurface + 6};
+static_assert(std::size(kParams) == kFirstOfSubsurface + 7);
 
 struct LamaSurface {
-  static constexpr bool kGlass = true;
+  static constexpr bool kGlass = true, kScatters = true;
 
   static void begin(const Context& c, lama::Closure& k) {
     TreeBuilder tree(c, k);
-    bool sound = true;
+    bool sound = true, hasSubsurface = false;
     for (const char letter : std::string_view(c.fn->text(&c, kStructure))) {
       if (letter == lama::kOpLayer || letter == lama::kOpMix || letter == lama::kOpAdd) {
         const uint32_t first = kFirstOp + 2 * k.opCount;
         sound = sound && k.opCount < lama::kMaxOps && tree.op(letter, c.param(first), c.param(first + 1));
       } else {
         const int first = int(kFirstLeaf + kLeafSize * k.leafCount);
-        sound = sound && std::string_view("DCAGgRrSsFHTE").find(letter) != std::string_view::npos &&
-                tree.leaf(letter, {.color = first + int(kColor),
-                                   .through = first + int(kThrough),
-                                   .second = first + int(kSecond),
-                                   .third = first + int(kThird),
-                                   .roughness = first + int(kRoughness),
-                                   .anisotropy = first + int(kAnisotropy),
-                                   .direction = first + int(kDirection),
-                                   .ior = first + int(kIor),
-                                   .amount = first + int(kAmount),
-                                   .normal = first + int(kNormal)});
+        sound = sound && std::string_view(lama::kLeafKinds).find(letter) != std::string_view::npos &&
+                !(lama::isSubsurface(letter) && hasSubsurface);
+        if (sound && lama::isSubsurface(letter)) {
+          hasSubsurface = true;
+          bindSubsurface(c, k, kSubsurface);
+        }
+        sound = sound && tree.leaf(letter, {.color = first + int(kColor),
+                                            .through = first + int(kThrough),
+                                            .second = first + int(kSecond),
+                                            .third = first + int(kThird),
+                                            .roughness = first + int(kRoughness),
+                                            .anisotropy = first + int(kAnisotropy),
+                                            .direction = first + int(kDirection),
+                                            .ior = first + int(kIor),
+                                            .amount = first + int(kAmount),
+                                            .normal = first + int(kNormal)});
       }
     }
     if (sound && tree.whole()) return;
@@ -103,11 +115,18 @@ struct LamaSurface {
     bindLeaf(c, k, lama::kKindDiffuse, {.color = int(kFirstLeaf)});
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
-  static uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
+  template <class Is>
+  static uint32_t has(const ParamValue* v, Is is) {
     if (!v[kStructure].count || !v[kStructure].strings) return 0;
     for (const char letter : std::string_view(v[kStructure].strings[0]))
-      if (letter == lama::kKindGlass || letter == lama::kKindArtisticGlass) return 1;
+      if (is(letter)) return 1;
     return 0;
+  }
+  static uint32_t enclosesMedium(const ParamValue* v, uint32_t) {
+    return has(v, [](char kind) { return kind == lama::kKindGlass || kind == lama::kKindArtisticGlass; });
+  }
+  static uint32_t scattersBelow(const ParamValue* v, uint32_t) {
+    return v[kSubsurface.radius].mayBeOn() && v[kSubsurface.scale].mayBeOn() && has(v, lama::isSubsurface);
   }
 };
 #define PLASTIC "structure=DRL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; "
@@ -120,6 +139,7 @@ constexpr const char* kConserving[] = {
     "structure=DHP; leaf1_color=1 1 1; leaf2_color=1 1 1",
     "structure=DHL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; leaf2_roughness=0.4",
     "structure=DSLHL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; leaf3_color=1 1 1",
+    "structure=URL; leaf1_color=0.8 0.8 0.8; sssRadius=1 0.5 0.2; sssUnitLength=1",
     nullptr};
 #undef PLASTIC
 #undef LEAF
@@ -130,4 +150,5 @@ KINORA_KERNELS_END
 KINORA_PLUGIN(LamaSurface, SlabMaterial<LamaSurface>, BxdfPlugin,
               .help = "The root of a material made of LamaLayer, LamaMix, LamaAdd and the slabs they combine.",
               .params = kParams, .lobes = lama::kLobes, .presenceParam = int(kPresence),
-              .enclosesMedium = LamaSurface::enclosesMedium, .lossless = kLossless, .conserving = kConserving)
+              .enclosesMedium = LamaSurface::enclosesMedium, .scattersBelow = LamaSurface::scattersBelow,
+              .lossless = kLossless, .conserving = kConserving)

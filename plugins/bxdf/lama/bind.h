@@ -22,6 +22,10 @@ struct LeafParams {
   int amount = -1;  // Schlick: profile; glass: radius of absorption; film: thickness between those
   int normal = -1;
 };
+// The same of what lies below the surface.
+struct SubsurfaceParams {
+  uint32_t radius, scale, unit, anisotropy, bleed, subset, continues;
+};
 }  // namespace kinora::lama
 
 #define KINORA_LAMA_LATER "Not rendered yet: kept, without effect. "
@@ -43,6 +47,25 @@ struct LeafParams {
       param::vector("anisotropyDirection", 0, 0, 0)                                                      \
           .help("Direction in render space; 0 0 0: the surface's tangent."),                             \
       param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_LATER "Turns the direction.")
+#define KINORA_LAMA_SUBSURFACE                                                                                      \
+  param::color("sssRadius", 0.f)                                                                                    \
+      .help(                                                                                                        \
+          "How far light goes below the surface, by channel, in millimetres: diffuse mean free paths, or mean "     \
+          "free paths where the mode says so. Black: diffuse reflection."),                                         \
+      param::number("sssScale", 1.f).help("Multiplies sssRadius."),                                                 \
+      param::number("sssUnitLength", 0.00328f).help("Render units in a millimetre; the default's unit is a foot."), \
+      param::number("sssAnisotropy", 0.f)                                                                           \
+          .range(-1, 1)                                                                                             \
+          .help("Path traced: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways."),      \
+      param::number("sssBleed", 0.f).range(0, 1).help("Mode 0: heavier tails of free flights at the same mean."),   \
+      param::string("sssSubset", "")                                                                                \
+          .traceSet()                                                                                               \
+          .help(                                                                                                    \
+              "Groups of objects (grouping:membership) that are one body with the surface; empty: the object "      \
+              "alone."),                                                                                            \
+      param::integer("sssContinuationRays", 0)                                                                      \
+          .range(0, 1)                                                                                              \
+          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces.")
 #define KINORA_LAMA_COMMON                                                                                       \
   param::color("shadowColor", 0.f).help(KINORA_LAMA_LATER "Colour of shadows cast."),                            \
       param::number("energyCompensation", 1.f).help("Accepted: what facets lose always comes back."),            \
@@ -137,6 +160,7 @@ class TreeBuilder {
         k_.glows = true;
         break;
     }
+    if (lama::isSubsurface(kind)) subsurface(l, kind);
     if (l.isSpecular()) stretch(l, anisotropy);
     return true;
   }
@@ -218,6 +242,17 @@ class TreeBuilder {
   Node stack_[lama::kMaxLeaves];
   uint32_t depth_ = 0;
 
+  // By what bindSubsurface() has said; where that reaches nowhere it is diffuse.
+  void subsurface(lama::Leaf& l, char kind) {
+    lobes::SubsurfaceClosure& s = k_.subsurface;
+    l.kind = lama::kKindSubsurface;
+    s.color = l.color;
+    s.model = kind == lama::kKindBurleyProfile || kind == lama::kKindBurleyProfileFlights ? SubsurfaceModel::Burley
+                                                                                          : SubsurfaceModel::Walk;
+    s.heavyTails = kind == lama::kKindSubsurface || kind == lama::kKindSubsurfaceFlights;
+    s.areFlights = kind == lama::kKindSubsurfaceFlights || kind == lama::kKindExponentialFlights ||
+                   kind == lama::kKindBurleyProfileFlights;
+  }
   Value value(int index, uint32_t components, float otherwise) {
     return index >= 0 ? c_.param(uint32_t(index)) : constant(c_, components, otherwise);
   }
@@ -280,6 +315,29 @@ class TreeBuilder {
             }));
   }
 };
+
+// Before the leaf of it.
+inline void bindSubsurface(const Context& c, lama::Closure& k, const lama::SubsurfaceParams& p) {
+  lobes::SubsurfaceClosure& s = k.subsurface;
+  s.reachColor = c.param(p.radius);
+  s.reach = c.param(p.scale);
+  s.unit = c.param(p.unit).data[0][0];
+  s.directionality = c.param(p.anisotropy);
+  s.bleed = c.param(p.bleed);
+  s.traceSet = c.fn->text(&c, p.subset);
+  s.joins = flag(c, p.continues) || (s.traceSet && *s.traceSet);
+}
+// A colour that has two names: the other counts where it is not the default of both.
+inline Value colorOf(const Context& c, uint32_t name, uint32_t otherName, float byDefault) {
+  const Value plain = c.param(name), other = c.param(otherName);
+  const auto isDefault = [&](uint32_t i) {
+    return valueAt(other, 0, i) == byDefault && valueAt(other, 1, i) == byDefault &&
+           valueAt(other, 2, i) == byDefault;
+  };
+  if (other.uniform() && isDefault(0)) return plain;
+  return computedValue(c, 3, plain.uniform() && other.uniform(),
+                       [&](uint32_t n, uint32_t i) { return valueAt(isDefault(i) ? plain : other, n, i); });
+}
 
 // The tree of one leaf, for the nodes that are one.
 inline void bindLeaf(const Context& c, lama::Closure& k, char kind, const lama::LeafParams& p) {

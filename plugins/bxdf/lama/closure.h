@@ -43,8 +43,17 @@ enum Kind : char {
   kKindSheen = 'H',
   kKindTranslucent = 'T',
   kKindEmission = 'E',
-  kKindSubsurface = 'U',  // paths go below the surface; where they do not, diffuse
+  // Paths go below the surface; where they do not, diffuse. One leaf of a tree; its kind is 'U' when it is bound.
+  kKindSubsurface = 'U',            // random walks with heavy tails, by diffuse mean free paths
+  kKindSubsurfaceFlights = 'V',     // by mean free paths
+  kKindExponential = 'X',           // exponential walks, by diffuse mean free paths
+  kKindExponentialFlights = 'W',    // by mean free paths
+  kKindBurleyProfile = 'Y',         // Burley's profile, by diffuse mean free paths
+  kKindBurleyProfileFlights = 'Z',  // by mean free paths
 };
+// What a structure may be made of.
+constexpr const char kLeafKinds[] = "DCAGgRrSsFHTEUVXWYZ";
+constexpr bool isSubsurface(char kind) { return kind >= 'U' && kind <= 'Z'; }
 // The operations: the base stands before what lies on it.
 enum OpKind : char { kOpLayer = 'L', kOpMix = 'M', kOpAdd = 'P' };
 
@@ -75,8 +84,8 @@ struct Closure {
   bool layered = false;  // there is an op of kind layer
   bool glows = false;
   lobes::SubsurfaceClosure subsurface;  // of the one leaf that has it
-  int glass = -1;     // the first leaf of glass that bounds a medium
-  Value normals[10];  // bump inputs in use
+  int glass = -1;                       // the first leaf of glass that bounds a medium
+  Value normals[10];                    // bump inputs in use
   int normalCount = 0;
   bool radiance = true;  // eta^2 on refraction
   const ReflectionEnergy* reflectionEnergy = nullptr;

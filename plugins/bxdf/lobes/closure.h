@@ -75,6 +75,7 @@ struct GlassClosure {
 // Scattering below the surface. Lengths are diffuse mean free paths in render units: reach * scale by channel.
 struct SubsurfaceClosure {
   SubsurfaceModel model = SubsurfaceModel::Walk;
+  bool areFlights = false;  // lengths are mean free paths instead, from one scattering to the next
   bool doubleSided = false, joins = false, heavyTails = false;
   const char* traceSet = nullptr;
   Value gain, color, tint, entryTint;  // tints multiply what comes out

@@ -11,6 +11,13 @@ namespace kinora::lobes {
 inline constexpr float kShortestReach = 1.f / 256;
 inline constexpr float kLongestReach = 1e15f;
 
+// Both lengths give Burley's profile the same scale: 3.5 + 100 (A - .33)^4 of the one and 1.9 - A + 3.5 (A - .8)^2 of the
+// other (Christensen and Burley 2015, for diffuse light).
+inline float diffuseOverMeanFreePath(float albedo) {
+  const float a = albedo - 0.33f, b = albedo - 0.8f;
+  return (3.5f + 100 * a * a * a * a) / (1.9f - albedo + 3.5f * b * b);
+}
+
 inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Subsurface& out) {
   const auto at = [](const Value& v, uint32_t channel, uint32_t i) {
     const float x = v.components ? v.data[channel][v.stride ? i : 0] : 0.f;
@@ -41,7 +48,9 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
         const SubsurfaceTerm& term = out.term[t];
         term.share[n][i] = sum > 0 ? part[t] / sum : t == 0 ? 1.f : 0.f;
         term.albedo[n][i] = unit(at(*color[t], n, i));
-        term.length[n][i] = length > 1e-6f ? length < kLongestReach ? length : kLongestReach : 1e-6f;
+        float& reached = term.length[n][i];
+        reached = length > 1e-6f ? length < kLongestReach ? length : kLongestReach : 1e-6f;
+        if (k.areFlights && k.model == SubsurfaceModel::Burley) reached *= diffuseOverMeanFreePath(term.albedo[n][i]);
       }
     }
     if (k.model != SubsurfaceModel::Walk) {
@@ -56,7 +65,8 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
     for (uint32_t n = 0; n < 3; ++n) {
       const float albedo = singleScatteringAlbedo(out.term[0].albedo[n][i], g, tail);
       out.albedo[n][i] = albedo;
-      out.length[n][i] = meanFreePath(out.term[0].length[n][i], albedo, g);
+      const float reached = out.term[0].length[n][i];
+      out.length[n][i] = k.areFlights ? reached : meanFreePath(reached, albedo, g);
     }
   }
 }
