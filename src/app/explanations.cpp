@@ -366,6 +366,10 @@ constexpr Explanation kRooms[] = {
      "0, a shadowFalloff without the shadowDistance that it ends at, or a number that is not finite. The message "
      "says "
      "what stands in."},
+    {"LIGHT-CONNECTION",
+     "A parameter of a light is given as a reference to a pattern. Lights are the same from wherever they are asked "
+     "and run no patterns: the parameter has its default. Give its value, a picture (lightColorMap), or make the "
+     "surface glow by its material, where patterns run."},
     {"LIGHT-MOTION",
      "A light's transform changes while the shutter is open. Lights do not move within a frame: they stand where "
      "they "
@@ -494,7 +498,7 @@ constexpr Explanation kRooms[] = {
      "The "
      "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
      "surface or a light that the camera sees itself; "
-     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, sets [...], and the operators | * + ? {n,m} ( )."},
+     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, <L.'group'>, <RD[^'label']>, sets [...], and the operators | * + ? {n,m} ( )."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
      "what is not told apart. The message says what the channel holds. A light that the camera sees itself is O, "
@@ -506,6 +510,10 @@ constexpr Explanation kRooms[] = {
      "A Display names a driver that is no plug-in, or a program that shows pictures in a window (framebuffer, it). "
      "The "
      "format is chosen by the file's extension, or openexr stands in."},
+    {"DISPLAY-CAMERA",
+     "A display's \"string camera\" names the Camera request whose picture it shows; a frame whose displays name "
+     "several is rendered once for each. The message says that there is no camera of that name, or that one run can "
+     "give one of them only: --only-sample, and a part (--samples) with a name by -o, are of one picture."},
     {"DISPLAY-SAME-FILE",
      "Two displays of a frame, or a display and -o, name one file, and the second picture would take the place of "
      "the "
