@@ -26,8 +26,8 @@ void Interpreter::open(BlockKind kind, const Request& r) {
   b.pos = r.pos;
   b.ctm = state_.ctm;
   b.solid = solid_;
-  if (kind != BlockKind::Transform && kind != BlockKind::Resource && kind != BlockKind::Solid)
-    b.state = std::make_unique<State>(state_);
+  // all but TransformBegin and MotionBegin save the attributes, and with them the transform (RISpec 4)
+  if (kind != BlockKind::Transform && kind != BlockKind::Resource) b.state = std::make_unique<State>(state_);
   if (kind == BlockKind::Frame) b.frame = std::make_unique<FrameState>(frame_);
   blocks_.push_back(std::move(b));
 }

@@ -1069,6 +1069,26 @@ TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
   EXPECT_EQ(edit.world().primitives.size(), 1u);
 }
 
+TEST(Requests, SolidsKeepAttributesAndTransformsToThemselves) {
+  const Read r = readWorld(R"(SolidBegin "union"
+Translate 0 1 0
+SolidBegin "primitive"
+Translate 1 0 0
+Color [1 0 0]
+Sphere 1 -1 1 360
+SolidEnd
+Sphere 2 -2 2 360
+SolidEnd
+Sphere 3 -3 3 360)");
+  expectClean(r);
+  const double wanted[3][2] = {{1, 1}, {0, 1}, {0, 0}};
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(r.primitive(i).toWorld.matrices[0][3][0], wanted[i][0]) << i;
+    EXPECT_EQ(r.primitive(i).toWorld.matrices[0][3][1], wanted[i][1]) << i;
+    EXPECT_EQ(r.primitive(i).attributes->color.has_value(), i == 0) << i;
+  }
+}
+
 TEST(Requests, SolidsAreTrees) {
   const Read r = readWorld(R"(SolidBegin "difference"
 SolidBegin "primitive"
