@@ -203,9 +203,8 @@ constexpr Explanation kRooms[] = {
      "has. Often a misspelling, or a parameter of a newer or older version of the plug-in of that name."},
     {"PARAM-TYPE", "A parameter's value has another type or length than its plug-in declares. The default is used."},
     {"PARAM-CHOICE",
-     "A parameter whose numbers stand for choices (a blend mode, a type of noise) has one that stands for none. Its "
-     "default "
-     "is used; the message and `kinora plugins NAME` list the choices."},
+     "A parameter whose numbers or words stand for choices (a blend mode, a type of noise, a variable) has one that "
+     "stands for none. The message says what is done and, as `kinora plugins NAME`, lists the choices."},
     {"PARAM-",
      "A parameter of a node, or what is connected to it, cannot be used as the scene says. The message says what was "
      "done "

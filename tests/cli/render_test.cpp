@@ -98,6 +98,20 @@ TEST(Render, DisplaysShowTheirOwnCameras) {
   EXPECT_NE(wrong.err.find("DISPLAY-CAMERA"), std::string::npos) << wrong.err;
 }
 
+// Words that stand for choices and for none of them.
+TEST(Render, WordsThatAreNoChoiceAreTold) {
+  Workplace w;
+  for (const auto& [word, isOne] : {std::pair{"Nn", true}, {"identifier:id", true}, {"VLen", false}}) {
+    SceneParts parts;
+    parts.material = std::string("Pattern \"PxrVariable\" \"v\" \"string variable\" [\"") + word +
+                     "\"]\nBxdf \"PxrDiffuse\" \"m\" \"reference color diffuseColor\" [\"v:resultRGB\"]";
+    w.write("scene.rib", rib(parts));
+    const Result r = w.run({"scene.rib", "--check"});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_EQ(r.err.find("PARAM-CHOICE") == std::string::npos, isOne) << r.err;
+  }
+}
+
 TEST(Render, ResolutionAndCropOverrideTheScene) {
   Workplace w;
   w.write("scene.rib", rib());
