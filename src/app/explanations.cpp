@@ -203,9 +203,8 @@ constexpr Explanation kRooms[] = {
      "has. Often a misspelling, or a parameter of a newer or older version of the plug-in of that name."},
     {"PARAM-TYPE", "A parameter's value has another type or length than its plug-in declares. The default is used."},
     {"PARAM-CHOICE",
-     "A parameter whose numbers stand for choices (a blend mode, a type of noise) has one that stands for none. Its "
-     "default "
-     "is used; the message and `kinora plugins NAME` list the choices."},
+     "A parameter whose numbers or words stand for choices (a blend mode, a type of noise, a variable) has one that "
+     "stands for none. The message says what is done and, as `kinora plugins NAME`, lists the choices."},
     {"PARAM-",
      "A parameter of a node, or what is connected to it, cannot be used as the scene says. The message says what was "
      "done "
@@ -366,6 +365,10 @@ constexpr Explanation kRooms[] = {
      "0, a shadowFalloff without the shadowDistance that it ends at, or a number that is not finite. The message "
      "says "
      "what stands in."},
+    {"LIGHT-CONNECTION",
+     "A parameter of a light is given as a reference to a pattern. Lights are the same from wherever they are asked "
+     "and run no patterns: the parameter has its default. Give its value, a picture (lightColorMap), or make the "
+     "surface glow by its material, where patterns run."},
     {"LIGHT-MOTION",
      "A light's transform changes the light's size or shape while the shutter is open, or mirrors it. Lights move "
      "and "
@@ -494,7 +497,7 @@ constexpr Explanation kRooms[] = {
      "The "
      "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
      "surface or a light that the camera sees itself; "
-     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, sets [...], and the operators | * + ? {n,m} ( )."},
+     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, <L.'group'>, <RD[^'label']>, sets [...], and the operators | * + ? {n,m} ( )."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
      "what is not told apart. The message says what the channel holds. A light that the camera sees itself is O, "
@@ -506,6 +509,10 @@ constexpr Explanation kRooms[] = {
      "A Display names a driver that is no plug-in, or a program that shows pictures in a window (framebuffer, it). "
      "The "
      "format is chosen by the file's extension, or openexr stands in."},
+    {"DISPLAY-CAMERA",
+     "A display's \"string camera\" names the Camera request whose picture it shows; a frame whose displays name "
+     "several is rendered once for each. The message says that there is no camera of that name, or that one run can "
+     "give one of them only: --only-sample, and a part (--samples) with a name by -o, are of one picture."},
     {"DISPLAY-SAME-FILE",
      "Two displays of a frame, or a display and -o, name one file, and the second picture would take the place of "
      "the "

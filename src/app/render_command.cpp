@@ -1,10 +1,12 @@
 // `kinora render`: reads the files as one stream and renders each world as it comes. Exit codes are decided here.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "app/command_line.h"
 #include "app/commands.h"
@@ -225,13 +227,60 @@ class RenderRun {
     waitingHeld_.set(0);
     ++frames_;
     const int frame = world.scene.frame;
-    const int code = renderFrame(std::move(world), frame);
-    if (code != kComplete) code_ = code;
+    std::vector<World> views = viewsOf(std::move(world));
+    for (size_t i = 0; i < views.size() && !isOver() && !isStopped(); ++i) {
+      const int code = renderFrame(std::move(views[i]), frame, i == 0);
+      if (code != kComplete) code_ = code;
+    }
   }
 
-  int renderFrame(World world, int frame) {
+  // A frame whose displays name several of its cameras is rendered for each of them, with the displays that are its
+  // own; first for that of the primary display.
+  std::vector<World> viewsOf(World world) {
+    scene::Scene& scene = world.scene;
+    const auto cameraOf = [&](const scene::Display& d) -> size_t {
+      const std::string name = d.params.getString("camera", "");
+      if (name.empty()) return 0;
+      for (size_t i = 0; i < scene.cameras.size(); ++i)
+        if (scene.cameras[i].name == name) return i;
+      diagnostics_.warning("DISPLAY-CAMERA", d.pos, "no camera is called '" + name + "'",
+                           "the display shows what the frame's camera sees", "a Camera request gives the name");
+      return 0;
+    };
+    std::vector<size_t> cameras, seen;
+    for (const scene::Display& d : scene.displays) {
+      cameras.push_back(cameraOf(d));
+      if (std::find(seen.begin(), seen.end(), cameras.back()) == seen.end()) seen.push_back(cameras.back());
+    }
+    std::vector<World> views;
+    if (seen.empty() || (seen.size() == 1 && seen[0] == 0)) {
+      views.push_back(std::move(world));
+      return views;
+    }
+    if (seen.size() > 1 && (options_.onlySample || (isPart() && !options_.settings.output.empty()))) {
+      diagnostics_.warning("DISPLAY-CAMERA", scene.displays[0].pos, "the frame's displays show several cameras",
+                           "only that of the first display is rendered",
+                           "without -o each camera's part goes beside its picture");
+      seen.resize(1);
+    }
+    for (const size_t camera : seen) {
+      World view = world;
+      scene::Scene& s = view.scene;
+      std::rotate(s.cameras.begin(), s.cameras.begin() + long(camera), s.cameras.begin() + long(camera) + 1);
+      s.coordinateSystems["camera"] = s.cameras[0].worldToCamera.inverse();
+      s.displays.clear();
+      for (size_t d = 0; d < cameras.size(); ++d)
+        if (cameras[d] == camera) s.displays.push_back(scene.displays[d]);
+      views.push_back(std::move(view));
+    }
+    return views;
+  }
+
+  // `isFirst`: the view that holds the primary display, which the names on the command line are for.
+  int renderFrame(World world, int frame, bool isFirst) {
     const scene::Scene& scene = world.scene;
     render::Settings settings = options_.settings;
+    if (!isFirst) settings.output.clear();
     settings.readsAllProcedurals |= options_.check;  // all that is wrong is to be said
     settings.output = film::fillFrame(settings.output, frame);
     // written early: loading takes the scene
@@ -273,7 +322,7 @@ class RenderRun {
       }
     }
     if (settings.strict && code == kComplete && diagnostics_.assetProblems() > 0) code = kMissingAsset;
-    report(renderer, frame, code, written);
+    report(renderer, frame, code, written, isFirst);
     return code;
   }
 
@@ -347,12 +396,13 @@ class RenderRun {
     return badCommandLine(diagnostics_, fmt::format("there is no sample {} at pixel {},{}", sample, x, y));
   }
 
-  void report(const render::Renderer& renderer, int frame, int& code, const std::vector<std::string>& written) {
+  void report(const render::Renderer& renderer, int frame, int& code, const std::vector<std::string>& written,
+              bool isFirst) {
     std::string files;
     for (const std::string& file : options_.files) files += (files.empty() ? "" : " ") + file;
     const StatsHeading heading{files, frame, nameOf(code), residentPeakBytes(),
                                isPart() || written.empty() ? "" : written[0]};
-    if (!options_.statsFile.empty() &&
+    if (isFirst && !options_.statsFile.empty() &&
         !writeStats(film::fillFrame(options_.statsFile, frame), renderer.statistics(), heading, diagnostics_) &&
         code == kComplete)
       code = kCannotWrite;

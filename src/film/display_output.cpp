@@ -121,6 +121,27 @@ std::string viewOf(const Output& output) {
   return image::Colors::ofEnvironment().findView(output.params.getString("view", ""));
 }
 
+// A parameter as metadata: one value or a matrix as such, several as a text with a blank between them.
+image::MetaValue headerValueOf(const scene::Parameter& p) {
+  if (p.strings.size() == 1) return p.strings[0];
+  if (p.ints.size() == 1) return p.ints[0];
+  if (p.floats.size() == 1) return p.floats[0];
+  if (image::Matrix44 m; p.floats.size() == m.size()) {
+    std::copy(p.floats.begin(), p.floats.end(), m.begin());
+    return m;
+  }
+  std::string all;
+  const auto add = [&](const std::string& value) { all += (all.empty() ? "" : " ") + value; };
+  for (const std::string& s : p.strings) add(s);
+  for (const int i : p.ints) add(std::to_string(i));
+  for (const float f : p.floats) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", double(f));
+    add(text);
+  }
+  return all;
+}
+
 std::string rangesText(const std::vector<SampleRange>& ranges) {
   std::string s;
   for (const SampleRange& r : ranges)
@@ -305,15 +326,8 @@ bool DisplayOutput::writeOne(const Output& output, const Film& film, const Filte
       driver ? traits && traits->straightAlpha : image::hasStraightAlpha(image::extensionOf(output.file));
   image::Image picture = pictureOf(film, output, metadata, &filtered, isStraight);
   for (const scene::Parameter& p : output.params)
-    if (p.name.starts_with("exrheader_") && p.name.size() > 10) {
-      const std::string key = p.name.substr(10);
-      if (!p.strings.empty())
-        picture.metadata[key] = p.strings[0];
-      else if (p.ints.size() == 1)
-        picture.metadata[key] = p.ints[0];
-      else if (p.floats.size() == 1)
-        picture.metadata[key] = p.floats[0];
-    }
+    if (p.name.starts_with("exrheader_") && p.name.size() > 10 && p.size() > 0)
+      picture.metadata[p.name.substr(10)] = headerValueOf(p);
   if (driver) return writeByPlugin(output, *driver, std::move(picture));
   return writeByImage(output, std::move(picture));
 }

@@ -226,6 +226,16 @@ TEST_F(Displays, ExrHoldsTheFilmsValuesAndMetadata) {
     d.params.set(text("exrpixeltype", "float"));
     d.params.set(text("compression", "zip"));
     d.params.set(text("exrheader_artist", "nobody"));
+    scene::Parameter numbers = integer("exrheader_tile", {3, 4});
+    d.params.set(numbers);
+    numbers.name = "exrheader_place";
+    numbers.type = scene::ValueType::Float;
+    numbers.ints.clear();
+    for (int i = 0; i < 16; ++i) numbers.floats.push_back(0.5f * float(i));
+    d.params.set(numbers);
+    numbers.name = "exrheader_plate";
+    numbers.floats.resize(2);
+    d.params.set(numbers);
     d.params.set(integer("nonsense", {1}));
     DisplayOutput out(plan(), stockDriver, diagnostics_);
     const auto film = filmFor(out.plan().layout, {3, 2, 19, 17});
@@ -244,6 +254,9 @@ TEST_F(Displays, ExrHoldsTheFilmsValuesAndMetadata) {
     EXPECT_EQ(std::get<std::string>(back.metadata.at("sampleRange")), "0:4");
     EXPECT_EQ(std::get<std::string>(back.metadata.at("sceneHash")), "cafe");
     EXPECT_EQ(std::get<std::string>(back.metadata.at("artist")), "nobody");
+    EXPECT_EQ(std::get<std::string>(back.metadata.at("tile")), "3 4");
+    EXPECT_EQ(std::get<std::string>(back.metadata.at("plate")), "0 0.5");
+    EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("place"))[13], 6.5f);
     EXPECT_EQ(std::get<image::Matrix44>(back.metadata.at("worldtocamera"))[12], 5.0f);
     EXPECT_EQ(out.written(), Names{path("a.exr")});
   }

@@ -100,6 +100,26 @@ TEST(LightPathExpression, LobeNumbersLabelsAndGroups) {
   EXPECT_FALSE(matches("CD<L.'key'>", {RD}, ""));
   EXPECT_TRUE(matches("CD[^<L.'key'>]", {RD}, "fill"));
   EXPECT_TRUE(matches("C[<L.'key'>O]", {}, "-"));
+  // sets of labels, and what is without them
+  for (const char* key : {"key", "rim"}) EXPECT_TRUE(matches("CD<L.['key' 'rim']>", {RD}, key));
+  EXPECT_FALSE(matches("CD<L.['key' 'rim']>", {RD}, "fill"));
+  EXPECT_TRUE(matches("CD<L.[^'key''rim']>", {RD}, "fill"));
+  EXPECT_TRUE(matches("CD<L.[^'key']>", {RD}, "")) << "a light of no group";
+  for (const char* key : {"key", "rim"}) EXPECT_FALSE(matches("CD<L.[^'key' 'rim']>", {RD}, key));
+  EXPECT_FALSE(matches("CD<L.[^'key']>", {}, "fill")) << "it is still one event behind another";
+  EXPECT_FALSE(matches("CD<L.[^'key']>*", {RD, RD}, "fill")) << "and a light";
+  EXPECT_TRUE(matches("C[<L.[^'key']>O]", {}, "-"));
+  EXPECT_TRUE(matches("CD[<L.[^'key']>O]", {RD}, "fill"));
+  EXPECT_FALSE(matches("CD[<L.[^'key']>O]", {RD}, "key"));
+  constexpr Event kFloor{kLobeDiffuse, "", "floor"}, kWall{kLobeDiffuse, "", "wall"};
+  EXPECT_TRUE(matches("C<RD[^'floor']>L", {kWall}));
+  EXPECT_FALSE(matches("C<RD[^'floor']>L", {kFloor}));
+  EXPECT_FALSE(matches("C<RD[^'floor']>L", {RS})) << "the other places hold";
+  EXPECT_FALSE(matches("C<RD[^'floor']>L", {{kLobeDiffuse | kLobeTransmit, "", "wall"}}));
+  EXPECT_TRUE(matches("C<..[^'floor']>*L", {kWall, RS, TS}));
+  EXPECT_FALSE(matches("C<..[^'floor']>*L", {kWall, RS, kFloor}));
+  EXPECT_TRUE(matches("C<.D['floor' 'wall']>{2}L", {kWall, kFloor}));
+  EXPECT_TRUE(matches("C<...>*<L..>", {kWall, TS})) << "a wildcard stands for any label";
 
   scene::ParameterList options;
   scene::Parameter p;

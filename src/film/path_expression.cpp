@@ -173,32 +173,67 @@ class Parser {
       --depth_;
       return choices.size() == 1 ? choices[0] : inner(PathNode::Kind::Choice, std::move(choices), column);
     }
-    if (head() == '[') return leaf(set(), column);
+    if (head() == '[') return set();
     PathAtom atom;
-    event(atom.patterns);
-    return leaf(std::move(atom), column);
+    std::vector<PathAtom> others;
+    event(atom.patterns, others);
+    return leaf(others.empty() ? std::move(atom) : std::move(others[0]), column);
   }
 
-  PathAtom set() {
+  int set() {
     const size_t open = at_++;
     PathAtom atom;
     if (head() == '^') {
       atom.isNegated = true;
       ++at_;
     }
+    std::vector<PathAtom> others;
     while (head() != ']') {
       if (atEnd()) fail(open, "\"[\" is not closed");
-      const size_t column = at_;
-      event(atom.patterns);
-      if (atom.patterns.back().kind == PathEventKind::Camera) fail(column, "C cannot stand in a set");
+      const size_t column = at_, before = others.size();
+      event(atom.patterns, others);
+      if (others.size() > before) {
+        if (atom.isNegated) fail(column, "an event without some labels cannot stand in a set of what is left out");
+      } else if (atom.patterns.back().kind == PathEventKind::Camera) {
+        fail(column, "C cannot stand in a set");
+      }
     }
     ++at_;
-    if (atom.patterns.empty()) fail(open, "the set is empty");
+    if (atom.patterns.empty() && others.empty()) fail(open, "the set is empty");
+    std::vector<int> choices;
+    if (!atom.patterns.empty()) choices.push_back(leaf(std::move(atom), open));
+    for (PathAtom& o : others) choices.push_back(leaf(std::move(o), open));
+    return choices.size() == 1 ? choices[0] : inner(PathNode::Kind::Choice, std::move(choices), open);
+  }
+
+  // The events of `p` with none of the labels, as the complement of all others and of those with one of them.
+  PathAtom without(const PathPattern& p, const std::vector<std::string>& labels, size_t column) const {
+    if (p.kind == PathEventKind::Scatter && (p.lobes & kUserLobes))
+      fail(column, "labels cannot be left out of signals (U)");
+    PathAtom atom;
+    atom.isNegated = true;
+    for (const PathEventKind kind : {PathEventKind::Scatter, PathEventKind::Light, PathEventKind::Object}) {
+      PathPattern other;
+      other.kind = kind;
+      if (kind != p.kind) atom.patterns.push_back(other);
+    }
+    if (p.kind == PathEventKind::Scatter) {
+      PathPattern other;
+      other.types = uint8_t(kPathAnyType & ~p.types);
+      if (other.types) atom.patterns.push_back(other);
+      other.types = kPathAnyType;
+      other.lobes = (kDiffuseLobes | kSpecularLobes) & ~p.lobes;
+      if (other.lobes) atom.patterns.push_back(other);
+    }
+    for (const std::string& l : labels) {
+      atom.patterns.push_back(p);
+      atom.patterns.back().label = l;
+    }
     return atom;
   }
 
-  // One event outside of sets and groups; appends its patterns.
-  void event(std::vector<PathPattern>& out) {
+  // One event outside of sets and groups; appends its patterns, or to `others` what leaves labels out.
+  void event(std::vector<PathPattern>& out, std::vector<PathAtom>& others) {
     skip();
     const size_t column = at_;
     PathPattern p;
@@ -234,9 +269,19 @@ class Parser {
         out.push_back(p);
         p.kind = PathEventKind::Object;
         break;
-      case '<':
-        p = group(column);
+      case '<': {
+        const Labels labels = group(column, p);
+        if (labels.areLeftOut) {
+          others.push_back(without(p, labels.names, column));
+          return;
+        }
+        for (size_t i = 1; i < labels.names.size(); ++i) {
+          out.push_back(p);
+          out.back().label = labels.names[i];
+        }
+        if (!labels.names.empty()) p.label = labels.names[0];
         break;
+      }
       default:
         fail(column, std::string("\"") + c + "\" is no event: C, L, O, D, S, U, R, T, V, \".\" or <...> are");
     }
@@ -282,8 +327,42 @@ class Parser {
     return isNegated ? all & ~bits : bits;
   }
 
-  PathPattern group(size_t open) {
-    PathPattern p;
+  struct Labels {
+    std::vector<std::string> names;
+    bool areLeftOut = false;
+  };
+
+  // The last place of <...>: 'a', ['a' 'b'], [^'a' 'b'], "." or nothing.
+  Labels labels() {
+    Labels l;
+    if (head() == '.') {
+      ++at_;
+      return l;
+    }
+    const bool isSet = head() == '[';
+    const size_t open = at_;
+    if (isSet) {
+      ++at_;
+      l.areLeftOut = head() == '^';
+      at_ += l.areLeftOut;
+    }
+    for (char quote = head(); quote == '\'' || quote == '"'; quote = isSet ? head() : '\0') {
+      const size_t column = at_++;
+      const size_t end = text_.find(quote, at_);
+      if (end == std::string_view::npos) fail(column, "the label's quotation mark is not closed");
+      l.names.emplace_back(text_.substr(at_, end - at_));
+      at_ = end + 1;
+      if (l.names.back().empty()) fail(column, "the label is empty");
+    }
+    if (!isSet) return l;
+    if (atEnd()) fail(open, "\"[\" is not closed");
+    if (take() != ']') fail(at_ - 1, "a label in quotation marks, or \"]\", is expected here");
+    if (l.names.empty()) fail(open, "the set is empty");
+    return l;
+  }
+
+  // What stands behind "<": the event goes to `p`, without its labels.
+  Labels group(size_t open, PathPattern& p) {
     const char c = head();
     if (c == 'L' || c == 'O' || c == 'C') {
       ++at_;
@@ -302,18 +381,12 @@ class Parser {
             [&](char e) { return e == 'D' || e == 'S' || e == 'U' ? lobes(e) : 0u; },
             "the event: D, S, U, one of their lobes (D2), a set of them, or \".\"");
     }
-    if (const char quote = head(); quote == '\'' || quote == '"') {
-      const size_t column = at_++;
-      const size_t end = text_.find(quote, at_);
-      if (end == std::string_view::npos) fail(column, "the label's quotation mark is not closed");
-      p.label = std::string(text_.substr(at_, end - at_));
-      at_ = end + 1;
-      if (p.label->empty()) fail(column, "the label is empty");
-      if (p.kind == PathEventKind::Camera) fail(column, "C takes no label; lights and surfaces do");
-    }
+    const size_t column = at_;
+    Labels l = labels();
+    if (!l.names.empty() && p.kind == PathEventKind::Camera) fail(column, "C takes no label; lights and surfaces do");
     if (atEnd()) fail(open, "\"<\" is not closed");
     if (take() != '>') fail(at_ - 1, "\">\" is expected here");
-    return p;
+    return l;
   }
 
   bool isNullable(int n) const {

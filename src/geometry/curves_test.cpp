@@ -291,6 +291,11 @@ TEST(Points, KindsWidthsAndPrimvars) {
   EXPECT_EQ(make(typed(p, "blobby"), d)->kind, Mesh::Kind::Ball);
   EXPECT_EQ(make(typed(p, "square"), d)->kind, Mesh::Kind::OrientedDisc);
   EXPECT_EQ(d.count("GEOM-POINTS-TYPE"), 2u);
+  for (const float power : {0.f, 1.f}) {
+    p.primvars.set(parameter("falloffpower", StorageClass::Constant, ValueType::Float, {power}));
+    EXPECT_EQ(make(p, d)->kind, Mesh::Kind::OrientedDisc);
+    EXPECT_EQ(d.count("GEOM-POINTS-FALLOFF"), power > 0 ? 1u : 0u);
+  }
 }
 
 TEST(Points, BadInputGivesOneMessageAndAFallback) {

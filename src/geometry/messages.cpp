@@ -105,6 +105,9 @@ constexpr Explanation kExplanations[] = {
      "face the ray without N (\"disk\", \"patch\") or as spheres (\"sphere\", \"blobby\"). Another type was named, "
      "or one "
      "that has a stand-in only."},
+    {"GEOM-POINTS-FALLOFF",
+     "Points are given a falloffpower, which lets their opacity fade towards their edges. It is not rendered yet: "
+     "points are as opaque at their edges as in their middles."},
     {"GEOM-WIDTH",
      "Some widths (width, constantwidth) are negative, not a number or infinite. A curve or point is absent where "
      "its "

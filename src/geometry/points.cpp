@@ -1,5 +1,6 @@
 // Points as balls or discs that are traced as they are.
 #include <cmath>
+#include <utility>
 
 #include "geometry/makers.h"
 #include "geometry/strand.h"
@@ -22,6 +23,13 @@ bool makePoints(const scene::Primitive& primitive, Diagnostics& diagnostics, Mes
                             " (" + subject(primitive) + ")",
                         mesh.kind == Mesh::Kind::Ball ? "spheres are rendered" : "discs are rendered");
   }
+  const auto softens = [](const scene::Parameter* p) { return p && !p->floats.empty() && p->floats[0] != 0; };
+  const scene::Attributes* given = primitive.attributes.get();
+  if (softens(std::as_const(primitive.primvars).find("falloffpower")) ||
+      softens(given ? std::as_const(given->named).find("Ri:falloffpower") : nullptr))
+    diagnostics.warning("GEOM-POINTS-FALLOFF", primitive.pos,
+                        "points have a falloffpower (" + subject(primitive) + ")", "their edges are hard",
+                        "presence of their material makes them thinner, all over");
   std::vector<ControlSource> controls;
   size_t notFinite = 0;
   for (uint32_t i = 0; i < points->count; ++i) {

@@ -81,7 +81,8 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
   set_ = nullptr;
   const auto networkOf = [&](size_t shape) -> scene::NetworkPtr {
     const scene::AttributesPtr& a = flat.shapes[shape].attributes;
-    return a && a->displacement && a->displacement->terminal ? a->displacement : nullptr;
+    const bool isMoved = a && a->displacement && a->displacement->terminal && a->getInt("trace:displacements", 1);
+    return isMoved ? a->displacement : nullptr;
   };
   size_t first = 0;
   while (first < flat.shapes.size() && !networkOf(first)) ++first;

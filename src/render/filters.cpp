@@ -3,6 +3,7 @@
 #include <kinora/pixel_filter.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <set>
@@ -286,11 +287,46 @@ const scene::Transform* spaceOf(const scene::Light& light, const std::string& na
 
 }  // namespace
 
+namespace {
+
+// The largest factor of a filter wherever it is asked: by objects that are without it, and by light to lobes on which
+// it weighs less. A filter without a bound of its own counts as 1, as ever.
+float largestWithin(const light::LightFilterEntry& e, float own) {
+  float most = own;
+  for (const float amount : {e.diffuse, e.specular}) most = std::max(most, 1 + amount * (own - 1));
+  return e.linkingGroups.empty() ? most : std::max(most, 1.f);
+}
+
+// The same of all of a light's filters, sorted by group; what bounds the light's power must bound how they combine.
+float largestTogether(const std::vector<light::LightFilterEntry>& list, const std::map<const void*, float>& own) {
+  float all = 1;
+  for (size_t i = 0, end; i < list.size(); i = end) {
+    const LightFilterMode mode = list[i].mode;
+    float most = 0, least = INFINITY, clear = 1;
+    for (end = i; end < list.size() && list[end].group == list[i].group; ++end) {
+      const float f = largestWithin(list[end], own.at(list[end].instance));
+      if (mode == LightFilterMode::Multiply) all *= f;
+      most = std::max(most, f);
+      if (list[end].linkingGroups.empty()) least = std::min(least, f);
+      clear *= 1 - std::min(f, 1.f);
+    }
+    if (mode == LightFilterMode::Min && std::isfinite(least))
+      all *= least;
+    else if (mode == LightFilterMode::Screen)
+      all *= std::max(most, 1 - clear);
+    else if (mode != LightFilterMode::Multiply)
+      all *= most;
+  }
+  return all;
+}
+
+}  // namespace
+
 std::vector<light::LightFilterEntry> makeLightFilters(const scene::Light& light, const scene::Scene& scene,
                                                       const CameraState& camera, Registry& registry, const Host& host,
                                                       Diagnostics& diagnostics, float& largestFactor) {
   std::vector<light::LightFilterEntry> list;
-  largestFactor = 1;
+  std::map<const void*, float> largest;
   const FilterGroups groups(light.filters, diagnostics);
   const Placement lightPlace = placementOf(light.toWorld, camera);
   const LightFilterInfo info{&lightPlace};
@@ -329,10 +365,12 @@ std::vector<light::LightFilterEntry> makeLightFilters(const scene::Light& light,
     e.owner = instance.owner();
     e.instance = instance.data();
     e.motion = movesOf(space, camera).motion;
+    float own = 1;
     if (const auto* traits = static_cast<const LightFilterTraits*>(d->traits)) {
       e.isUniform = traits->isUniform && traits->isUniform(e.instance);
-      if (traits->largest) largestFactor *= std::max(0.f, traits->largest(e.instance));
+      if (traits->largest) own = std::max(0.f, traits->largest(e.instance));
     }
+    largest[e.instance] = own;
     const auto amount = [&](const char* name) {
       const float a = n->params.getFloat(name, 1);
       if (a >= 0 && a <= 1) return a;
@@ -348,6 +386,7 @@ std::vector<light::LightFilterEntry> makeLightFilters(const scene::Light& light,
     list.push_back(std::move(e));
   }
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.group < b.group; });
+  largestFactor = largestTogether(list, largest);
   return list;
 }
 

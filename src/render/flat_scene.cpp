@@ -19,7 +19,8 @@ Digest lookOf(const scene::Attributes* attributes) {
   Hasher h;
   h.word(uint64_t(a.orientation) | uint64_t(a.reverseOrientation) << 8 | uint64_t(a.displacement != nullptr) << 9);
   const auto isOfDisplacement = [&](const std::string& name) {
-    return a.displacement && (name.starts_with("displacementbound:") || name.starts_with("user:"));
+    return a.displacement &&
+           (name.starts_with("displacementbound:") || name.starts_with("user:") || name == "trace:displacements");
   };
   if (a.displacement) {
     h.digest(scene::digestOf(*a.displacement));

@@ -225,9 +225,13 @@ struct Renderer::Impl {
         diagnostics.warning("LIGHT-CHANNEL", scene.pos,
                             "a light marks the channel '" + m.channel + "', which the frame has not",
                             "it marks nothing", "a Display must hold a channel of that name or source");
+    const auto isPrimvar = [&](const std::string& name) {
+      const auto& known = builder.world().primvarWidths;
+      return known.contains(name) || (isReferenceSource(name) && known.contains(name.substr(2)));
+    };
     for (const RecordPlan::Primvar& p : plan->record.primvars)
       if (!isMarked(p.name) && !plan->sampleFilters.uses(p.name) && !plan->displayFilters.uses(p.name) &&
-          !builder.world().primvarWidths.contains(p.name) && !shade::hasTee(*builder.world().materials, p.name))
+          !isPrimvar(p.name) && !shade::hasTee(*builder.world().materials, p.name))
         diagnostics.warning("DISPLAY-SOURCE", scene.pos,
                             "no output and no primvar named \"" + p.name + "\" is in the scene",
                             "its channel stays black");

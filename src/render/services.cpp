@@ -13,6 +13,10 @@
 
 namespace kinora::render {
 
+bool isReferenceSource(std::string_view source) {
+  return source == "__Pref" || source == "__Nref" || source == "__WPref" || source == "__WNref";
+}
+
 RecordPlan planRecord(const film::ChannelLayout& layout) {
   RecordPlan p;
   for (const film::RecordEntry& e : layout.record()) {
@@ -438,6 +442,7 @@ void Worker::primary(const Context* c) {
   for (const RecordPlan::Primvar& o : plan_.primvars) {
     Value v = shade::teeValue(c, o.name);
     if (!v.components) v = c->fn->primvar(c, o.name.c_str(), nullptr);
+    if (!v.components && isReferenceSource(o.name)) v = c->fn->primvar(c, o.name.c_str() + 2, nullptr);
     for (int k = 0; k < std::min(o.width, int(v.components)); ++k) {
       float* r = record(size_t(o.offset + k));
       for (uint32_t i = 0; i < c->count; ++i) r[c->path[i]] = v.data[k][i * v.stride];

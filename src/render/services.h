@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "film/film.h"
@@ -53,6 +54,9 @@ struct RecordPlan {
   int floats = 0;
 };
 RecordPlan planRecord(const film::ChannelLayout& layout);
+// Channels of reference positions and normals: where no object has a primvar of that name they show the one without the
+// leading "__" (Pref, Nref, WPref, WNref).
+bool isReferenceSource(std::string_view source);
 // What the expressions say beyond paths: signals of user lobes (U2 albedo, U3 position, U6 normal) at the first
 // surface.
 void addUserLobes(const film::LightPaths& paths, RecordPlan& plan);

@@ -278,6 +278,13 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   const LightMesh lightMesh = emitting.mesh();
   Instance instance;
   if (!instance.create(plugin, l.node.get(), &placement, &lightMesh, tools.host, tools.diagnostics)) return nullptr;
+  for (const scene::Parameter& p : l.node->params)
+    if (p.isReference && declares(plugin, p.name.c_str()))
+      tools.diagnostics.warning("LIGHT-CONNECTION", p.pos,
+                                std::string(plugin.name) + "." + p.name + " of '" + l.node->handle +
+                                    "' is connected to a pattern, and lights run none",
+                                "its default is used",
+                                "give the value itself, or a picture where the light takes one");
   light::LightEntry& e = m->entry;
   e.owner = instance.owner();
   e.instance = instance.data();

@@ -26,8 +26,8 @@ void Interpreter::open(BlockKind kind, const Request& r) {
   b.pos = r.pos;
   b.ctm = state_.ctm;
   b.solid = solid_;
-  if (kind != BlockKind::Transform && kind != BlockKind::Resource && kind != BlockKind::Solid)
-    b.state = std::make_unique<State>(state_);
+  // all but TransformBegin and MotionBegin save the attributes, and with them the transform (RISpec 4)
+  if (kind != BlockKind::Transform && kind != BlockKind::Resource) b.state = std::make_unique<State>(state_);
   if (kind == BlockKind::Frame) b.frame = std::make_unique<FrameState>(frame_);
   blocks_.push_back(std::move(b));
 }
@@ -261,6 +261,34 @@ void Interpreter::objectBegin(Request& r) {
 }
 void Interpreter::objectEnd(Request& r) { close(BlockKind::Object, r); }
 
+// An object like the one at `prototype` whose shapes, in the objects within it too, are lights like `emitter` instead.
+static uint32_t lampOf(uint32_t prototype, const scene::Light& emitter, std::vector<scene::Prototype>& prototypes,
+                       uint32_t& nextId, std::map<uint32_t, uint32_t>& made) {
+  if (const auto it = made.find(prototype); it != made.end()) return it->second;
+  const scene::Prototype from = prototypes[prototype];
+  scene::Prototype lamp;
+  lamp.name = from.name;
+  lamp.pos = from.pos;
+  lamp.lights = from.lights;
+  for (const scene::PrimitivePtr& shape : from.primitives) {
+    scene::Light l = emitter;
+    l.id = nextId++;
+    l.toWorld = shape->toWorld;
+    l.attributes = shape->attributes;
+    l.geometry = *shape;
+    lamp.lights.push_back(std::move(l));
+  }
+  for (size_t k = 0; k < from.instances.size(); ++k) {
+    scene::Instance i = from.instances[k];
+    i.id = nextId++;
+    i.solid = 0;
+    i.prototype = lampOf(i.prototype, emitter, prototypes, nextId, made);
+    lamp.instances.push_back(std::move(i));
+  }
+  prototypes.push_back(std::move(lamp));
+  return made[prototype] = uint32_t(prototypes.size()) - 1;
+}
+
 void Interpreter::objectInstance(Request& r) {
   Cursor c(r);
   std::string handle;
@@ -282,12 +310,26 @@ void Interpreter::objectInstance(Request& r) {
     ++outsideWorld_;
     return;
   }
+  if (r.count > 1)
+    report(Severity::Warning, "RIB-INSTANCE-VALUES", r.pos,
+           "ObjectInstance has parameters of its own, and instances take none", "they are ignored",
+           "Attribute \"user\" before it and the pattern PxrAttribute tell instances apart");
   scene::Instance i;
-  i.id = nextId_++;
   i.prototype = it->second;
   i.toWorld = state_.ctm;
   i.attributes = attributesInUse();
-  i.solid = solidHere(r.pos);
+  if (state_.emitter && state_.emitter->node->kind == "Light") {
+    // a mesh light's geometry belongs to the light alone, in objects as well
+    std::map<uint32_t, uint32_t> made;
+    i.prototype = lampOf(it->second, *state_.emitter, prototypes_, nextId_, made);
+  } else {
+    if (state_.emitter)
+      report(Severity::Warning, "CLASSIC-LIGHT-OUT", r.pos,
+             state_.emitter->node->kind + " '" + state_.emitter->node->plugin + "' has an object for its shape",
+             "the object is rendered and gives no light", "Light \"PxrMeshLight\" takes objects");
+    i.solid = solidHere(r.pos);
+  }
+  i.id = nextId_++;
   i.pos = r.pos;
   (openObjects_.empty() ? world_->instances : prototypes_[openObjects_.back()].instances).push_back(std::move(i));
 }

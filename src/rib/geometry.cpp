@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "rib/interpreter.h"
 #include "rib/primvar_counts.h"
@@ -81,6 +83,89 @@ bool sameTopology(const Shape& a, const Shape& b) {
   if (const auto* m = std::get_if<Points>(&a)) return m->count == std::get<Points>(b).count;
   if (const auto* m = std::get_if<Quadric>(&a)) return m->kind == std::get<Quadric>(b).kind;
   return std::get<OtherPrimitive>(a).request == std::get<OtherPrimitive>(b).request;
+}
+
+// Attribute "shade" "int[] faceset", or a primitive variable of that name: the faces of a mesh that are there. The
+// others of a subdivision mesh become holes, so that its limit surface stays what it is. False: none is left.
+// reportFace(face, faces) is told of those that the mesh has not.
+template <class F>
+bool keepFaceSet(Primitive& p, const scene::Attributes& attributes, F&& reportFace) {
+  auto* polygons = std::get_if<PolygonMesh>(&p.shape);
+  auto* subdivision = std::get_if<SubdivisionMesh>(&p.shape);
+  if (!polygons && !subdivision) return true;
+  const Parameter* set = std::as_const(p.primvars).find("shade:faceset");
+  if (!set) set = attributes.named.find("shade:faceset");
+  if (!set || set->ints.empty()) return true;
+  // without a list of loops each face has one
+  const auto loopsOf = [&](size_t face) { return polygons->loopsPerFace.empty() ? 1 : polygons->loopsPerFace[face]; };
+  const size_t faces = subdivision                      ? subdivision->verticesPerFace.size()
+                       : polygons->loopsPerFace.empty() ? polygons->verticesPerLoop.size()
+                                                        : polygons->loopsPerFace.size();
+  std::vector<char> stays(faces);
+  for (const int f : set->ints) {
+    if (f >= 0 && size_t(f) < faces) {
+      stays[size_t(f)] = 1;
+      continue;
+    }
+    reportFace(f, faces);
+  }
+  p.primvars.erase("shade:faceset");
+  const size_t kept = size_t(std::count(stays.begin(), stays.end(), 1));
+  if (kept == faces) return true;
+  if (kept == 0) return false;
+  if (subdivision) {
+    SubdivisionMesh::Tag holes{"hole", {}, {}, {}};
+    for (size_t f = 0; f < faces; ++f)
+      if (!stays[f]) holes.ints.push_back(int(f));
+    subdivision->tags.push_back(std::move(holes));
+    return true;
+  }
+  PolygonMesh m;
+  std::vector<char> cornerStays;
+  size_t loop = 0, corner = 0;
+  for (size_t f = 0; f < faces; ++f) {
+    if (stays[f] && !polygons->loopsPerFace.empty()) m.loopsPerFace.push_back(loopsOf(f));
+    for (int l = 0; l < loopsOf(f); ++l, ++loop) {
+      const int count = polygons->verticesPerLoop[loop];
+      if (stays[f]) m.verticesPerLoop.push_back(count);
+      for (int k = 0; k < count; ++k, ++corner) {
+        cornerStays.push_back(stays[f]);
+        if (stays[f]) m.vertices.push_back(polygons->vertices[corner]);
+      }
+    }
+  }
+  *polygons = std::move(m);
+  std::vector<std::string> names;
+  for (const Parameter& v : std::as_const(p.primvars))
+    if (v.storage == StorageClass::Uniform || v.storage == StorageClass::FaceVarying ||
+        v.storage == StorageClass::FaceVertex)
+      names.push_back(v.name);
+  for (const std::string& name : names) {
+    Parameter& v = *p.primvars.find(name);
+    const std::vector<char>& which = v.storage == StorageClass::Uniform ? stays : cornerStays;
+    const auto keep = [&](auto& values) {
+      const size_t each = values.size() / which.size();
+      if (values.size() != which.size() * each) return;
+      size_t to = 0;
+      for (size_t i = 0; i < values.size(); ++i)
+        if (which[i / each]) std::swap(values[to++], values[i]);
+      values.resize(to);
+    };
+    keep(v.floats);
+    keep(v.ints);
+    keep(v.strings);
+  }
+  return true;
+}
+
+// RISpec's Np, one normal a face, is N of that class.
+void faceNormalsToNormals(ParameterList& primvars) {
+  const Parameter* np = std::as_const(primvars).find("Np");
+  if (!np || std::as_const(primvars).find("N")) return;
+  Parameter n = *np;
+  n.name = "N";
+  primvars.erase("Np");
+  primvars.set(std::move(n));
 }
 
 // Heights over the unit square become points (the reference's "Pz").
@@ -298,6 +383,7 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
 
   p.primvars = parameters(r, c.at, Use::Primitive);
   heightsToPoints(p.primvars, p.shape);
+  if (std::holds_alternative<PolygonMesh>(p.shape)) faceNormalsToNormals(p.primvars);
   const size_t positions = positionsIn(p.primvars);
   if (auto* m = std::get_if<PolygonMesh>(&p.shape); m && r.name == "Polygon")
     m->verticesPerLoop = {int(std::min<size_t>(positions, INT32_MAX))};
@@ -340,6 +426,13 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
         counts.of(v.storage) != 1)
       ones.push_back(v.name);
   for (const std::string& name : ones) p.primvars.find(name)->storage = StorageClass::Constant;
+  const bool isLeft = keepFaceSet(p, *state_.attributes, [&](int face, size_t faces) {
+    report(Severity::Error, "RIB-INDEX", r.pos,
+           "\"shade:faceset\" names face " + std::to_string(face) + ", and " + r.name + " has " +
+               std::to_string(faces) + " faces",
+           "that face is left out");
+  });
+  if (!isLeft) return std::nullopt;
   return p;
 }
 
@@ -382,6 +475,14 @@ void Interpreter::emit(Primitive p) {
   p.id = nextId_++;
   p.toWorld = state_.ctm;
   p.attributes = attributesInUse();
+  const bool isMesh =
+      std::holds_alternative<PolygonMesh>(p.shape) || std::holds_alternative<SubdivisionMesh>(p.shape);
+  if (isMesh && p.attributes->named.find("shade:faceset")) {
+    // done, and not to be done again to a scene that is written and read
+    auto done = std::make_shared<scene::Attributes>(*p.attributes);
+    done->named.erase("shade:faceset");
+    p.attributes = std::move(done);
+  }
   bool isLamp = false;
   if (state_.emitter) {
     scene::Light l = *state_.emitter;

@@ -138,6 +138,15 @@ constexpr Explanation kExplanations[] = {
     {"RIB-RECURSION",
      "An archive reads itself, or an object holds an instance of itself, directly or through others. The inner use "
      "is ignored."},
+    {"RIB-MISSPELT",
+     "An Attribute, an Option or a parameter of the Hider has a name that differs by a letter from one that is known, "
+     "or a string where that takes a number (or the other way round). It is kept in the scene description, where "
+     "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of one's "
+     "own are no mistake; put them into the group \"user\"."},
+    {"RIB-INSTANCE-VALUES",
+     "ObjectInstance was given primitive variables. An instance has the attributes that stand before it and the "
+     "geometry of its object, no values of its own: what differs from instance to instance is an Attribute \"user\", "
+     "read by the pattern PxrAttribute or by getattribute() of a shader, or a Color."},
     {"RIB-HANDLE", "A handle is used that no request above has defined. The request that uses it is ignored."},
     {"RIB-RESOURCE",
      "Resource \"attributes\" names a subset that is not known; all attributes but the transform are restored."},

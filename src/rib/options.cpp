@@ -1,5 +1,9 @@
+#include <algorithm>
+#include <cctype>
 #include <cfloat>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "rib/archive_search.h"
 #include "base/text.h"
@@ -18,6 +22,127 @@ bool Interpreter::optionsAllowed(const Request& r) {
   return false;
 }
 
+namespace {
+
+// Names of attributes and options that scenes are known to give, by group; "$": a string. What is misspelt here would
+// be kept and never asked for.
+struct KnownNames {
+  std::string_view group, names;
+};
+constexpr KnownNames kKnownAttributes[] = {
+    {"identifier", "$name $object $lpegroup id id2"},
+    {"grouping", "$membership id"},
+    {"visibility", "camera indirect transmission"},
+    {"trace",
+     "maxdiffusedepth maxspeculardepth $reflectsubset $reflectexcludesubset $shadowsubset $shadowexcludesubset "
+     "$transmitsubset $transmitexcludesubset holdout intersectpriority displacements bias autobias sssbias "
+     "sssautobias samplemotion"},
+    {"lighting", "$subset $excludesubset mute"},
+    {"lightfilter", "$subset"},
+    {"shade", "relativepixelvariance minsamples indexofrefraction faceset"},
+    {"dice",
+     "micropolygonlength $strategy worlddistancelength $offscreenstrategy offscreenmultiplier rasterorient "
+     "watertight pretessellate $referencecamera $referenceinstance minlength $minlengthspace levels roundcurve"},
+    {"displacementbound", "sphere $coordinatesystem $CoordinateSystem"},
+    {"polygon", "concave smoothnormals smoothdisplacement"},
+    {"curve", "opacitysamples widthaffectscurvature"},
+    {"procedural", "immediatesubdivide reentrant"},
+    {"trimcurve", "$sense"},
+    {"Ri", "Sides Matte ReverseOrientation $Orientation falloffpower"},
+};
+constexpr KnownNames kKnownOptions[] = {
+    {"bucket", "$order orderorigin"},
+    {"checkpoint", "$interval $exitat $command keepfiles asfinal"},
+    {"limits",
+     "bucketsize gridsize shadesize threads texturememory textureperthreadmemoryratio geocachememory "
+     "opacitycachememory ptexturememory ptexturemaxfiles brickmemory octreememory pointmemory matrixcachememory "
+     "rendermemory rendertime othreshold zthreshold deepshadowerror nurbcurvaturedicefactor"},
+    {"trace", "bvhcompression $worldorigin worldoffset maxdepth decimationrate"},
+    {"lighting", "minimumestimate selectionlearningscheme"},
+    {"curve", "minwidth"},
+    {"shutter", "offset"},
+    {"searchpath", "$shader $texture $archive $procedural $display $rixplugin $resource $servershader $dirmap"},
+    {"statistics", "$filename $xmlfilename $jsonFilename"},
+    {"Ri",
+     "CropWindow FormatPixelAspectRatio FormatResolution Frame FrameAspectRatio $PixelFilterName PixelFilterWidth "
+     "PixelVariance ScreenWindow"},
+};
+constexpr KnownNames kKnownHider[] = {
+    {"raytrace",
+     "minsamples maxsamples minextrasamples incremental jitter bluenoise $adaptivemetric adaptall darkfalloff "
+     "exposurebracket samplemotion extrememotiondof sampleoffset samplestride decidither geomShadowTermBias "
+     "$pixelfiltermode pixelvariance aperture"}};
+
+bool isSameLetter(char a, char b) {
+  return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+}
+// Whether a slip of the hand makes one word of the other: one letter more, less, another, or two in the wrong order;
+// small letters for capitals.
+bool isSlip(std::string_view a, std::string_view b) {
+  if (a.size() > b.size()) std::swap(a, b);
+  if (a.size() < 4 || b.size() - a.size() > 1) return false;
+  size_t same = 0;
+  while (same < a.size() && isSameLetter(a[same], b[same])) ++same;
+  const auto restIsSame = [&](size_t i, size_t k) {
+    return a.size() - i == b.size() - k &&
+           std::equal(a.begin() + long(i), a.end(), b.begin() + long(k), isSameLetter);
+  };
+  if (same == a.size()) return true;
+  if (a.size() < b.size()) return restIsSame(same, same + 1);
+  const bool areSwapped =
+      same + 1 < a.size() && isSameLetter(a[same], b[same + 1]) && isSameLetter(a[same + 1], b[same]);
+  return restIsSame(same + 1, same + 1) || (areSwapped && restIsSame(same + 2, same + 2));
+}
+
+// f(name, whether it is a string) for each; true ends it.
+template <class F>
+bool eachName(std::string_view names, F&& f) {
+  for (size_t at = 0; at < names.size();) {
+    const size_t end = std::min(names.find(' ', at), names.size());
+    const std::string_view one = names.substr(at, end - at);
+    const bool isString = one[0] == '$';
+    if (f(one.substr(isString ? 1 : 0), isString)) return true;
+    at = end + 1;
+  }
+  return false;
+}
+
+// What is wrong with a name or the type of its value, as a message's first and last part; "" when nothing is known.
+struct Slip {
+  std::string what, advice;
+};
+template <size_t N>
+Slip slipOf(const KnownNames (&known)[N], const char* kind, const std::string& group, const Parameter& p) {
+  for (const KnownNames& k : known) {
+    if (k.group != group) continue;
+    Slip slip;
+    if (eachName(k.names, [&](std::string_view name, bool isString) {
+          if (name != p.name) return false;
+          if (isString == (p.type == scene::ValueType::String) || p.isReference) return true;
+          // "opaque" and the like of old scenes
+          if (name == "transmission") return true;
+          slip.what = std::string(kind) + " \"" + group + ":" + p.name + "\" is given as a " +
+                      (isString ? "number, and is a string" : "string, and is a number");
+          return true;
+        }))
+      return slip;
+    eachName(k.names, [&](std::string_view name, bool) {
+      if (!isSlip(p.name, name)) return false;
+      slip.what = "there is no " + std::string(kind) + " \"" + group + ":" + p.name + "\"";
+      slip.advice = "did you mean \"" + std::string(name) + "\"?";
+      return true;
+    });
+    return slip;
+  }
+  for (const KnownNames& k : known)
+    if (isSlip(group, k.group))
+      return {"there is no group \"" + group + "\" of " + kind + "s",
+              "did you mean \"" + std::string(k.group) + "\"?"};
+  return {};
+}
+
+}  // namespace
+
 void Interpreter::option(Request& r) {
   Cursor c(r);
   std::string group;
@@ -28,6 +153,8 @@ void Interpreter::option(Request& r) {
   auto& options = (world_ ? *world_ : frame_.options).options;
   for (Parameter parameter : p) {
     const std::string name = parameter.name;
+    if (Slip slip = slipOf(kKnownOptions, "option", group, parameter); !slip.what.empty())
+      report(Severity::Warning, "RIB-MISSPELT", r.pos, slip.what, "it has no effect", slip.advice);
     if (group == "searchpath" && name == "dirmap" && !parameter.strings.empty()) {
       parameter.name = "searchpath:dirmap";
       options.set(std::move(parameter));
@@ -105,6 +232,8 @@ void Interpreter::attribute(Request& r) {
   scene::Attributes& a = edit();
   using A = scene::Attributes;
   for (Parameter p : list) {
+    if (Slip slip = slipOf(kKnownAttributes, "attribute", group, p); !slip.what.empty())
+      report(Severity::Warning, "RIB-MISSPELT", r.pos, slip.what, "it has no effect", slip.advice);
     if (group == "Ri") {
       const std::string orientation = p.strings.empty() ? "" : p.strings[0];
       const int value =
@@ -335,7 +464,12 @@ void Interpreter::displayChannel(Request& r) {
 
 void Interpreter::hider(Request& r) {
   if (optionsAllowed(r))
-    if (auto n = node(r, false, Use::Classic)) frame_.options.hider = n;
+    if (auto n = node(r, false, Use::Classic)) {
+      for (const Parameter& p : n->params)
+        if (Slip slip = slipOf(kKnownHider, "parameter", n->plugin, p); !slip.what.empty())
+          report(Severity::Warning, "RIB-MISSPELT", r.pos, slip.what, "it has no effect", slip.advice);
+      frame_.options.hider = n;
+    }
 }
 
 void Interpreter::integrator(Request& r) {

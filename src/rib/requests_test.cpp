@@ -748,6 +748,101 @@ ObjectInstance "o")");
   EXPECT_TRUE(second->color && second->bxdf);
 }
 
+TEST(Options, SlipsInKnownNamesAreTold) {
+  const auto what = [](const std::string& before, const std::string& inside) {
+    const Read r = readRib(before + "\nWorldBegin\n" + inside + "\nSphere 1 -1 1 360\nWorldEnd\n");
+    const Message* m = r.find("RIB-MISSPELT");
+    EXPECT_LE(r.count("RIB-MISSPELT"), 1u) << r.all();
+    return m ? m->what + " / " + m->advice : std::string();
+  };
+  const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  for (const char* name : {"camra", "camerra", "camrea", "camerq", "Camera"}) {
+    const std::string said = what("", std::string("Attribute \"visibility\" \"int ") + name + "\" [0]");
+    EXPECT_TRUE(has(said, (std::string("visibility:") + name).c_str()) && has(said, "did you mean \"camera\""))
+        << said;
+  }
+  EXPECT_TRUE(has(what("", "Attribute \"visiblity\" \"int camera\" [0]"), "did you mean \"visibility\""));
+  EXPECT_TRUE(has(what("Option \"limits\" \"int threds\" [2]", ""), "did you mean \"threads\""));
+  EXPECT_TRUE(has(what("Option \"limit\" \"int threads\" [2]", ""), "did you mean \"limits\""));
+  EXPECT_TRUE(has(what("Hider \"raytrace\" \"int maxsample\" [2]", ""), "did you mean \"maxsamples\""));
+  EXPECT_TRUE(has(what("", "Attribute \"trace\" \"string holdout\" [\"1\"]"), "is a number"));
+  EXPECT_TRUE(has(what("", "Attribute \"lighting\" \"int subset\" [1]"), "is a string"));
+  // other words, and one's own, are nobody's mistake
+  for (const char* said : {"\"user\" \"int camra\" [0]", "\"visibility\" \"int photon\" [0]",
+                           "\"visibility\" \"string transmission\" [\"Os\"]", "\"cull\" \"int hidden\" [0]",
+                           "\"dice\" \"int hair\" [1]", "\"identifier\" \"string shadinggroup\" [\"a\"]",
+                           "\"Ri\" \"int Sides\" [1]", "\"shade\" \"float minsamples\" [2]"})
+    EXPECT_EQ(what("", std::string("Attribute ") + said), "");
+  EXPECT_EQ(what("Option \"limits\" \"int ptexturememory\" [9] \"color zthreshold\" [1 1 1]\nHider \"hidden\" \"int "
+                 "maxsample\" [2]",
+                 ""),
+            "");
+}
+
+TEST(Objects, AreShapesOfMeshLightsAndTakeNoValues) {
+  const Read r = readWorld(R"(ObjectBegin "leaf"
+Translate 0 1 0
+Sphere 1 -1 1 360
+ObjectEnd
+AttributeBegin
+Light "PxrMeshLight" "l"
+ObjectInstance "leaf"
+AttributeEnd
+AreaLightSource "PxrStdAreaLight" "a"
+ObjectInstance "leaf" "constant color tint" [1 0 0])");
+  expectMessage(r, "RIB-INSTANCE-VALUES", 11);
+  expectMessage(r, "CLASSIC-LIGHT-OUT", 11);
+  const Scene& s = r.world();
+  ASSERT_EQ(s.prototypes.size(), 2u);
+  EXPECT_EQ(s.prototypes[0].primitives.size(), 1u);
+  EXPECT_TRUE(s.prototypes[1].primitives.empty());
+  ASSERT_EQ(s.prototypes[1].lights.size(), 1u);
+  EXPECT_EQ(s.prototypes[1].lights[0].toWorld.matrices[0][3][1], 1);
+  EXPECT_TRUE(s.prototypes[1].lights[0].geometry);
+  ASSERT_EQ(s.instances.size(), 2u);
+  EXPECT_EQ(s.instances[0].prototype, 1u);
+  EXPECT_EQ(s.instances[1].prototype, 0u) << "a shape of an old light is rendered as ever";
+}
+
+TEST(Objects, FaceSetsKeepTheirFaces) {
+  const std::string polygons =
+      "PointsPolygons [4 3 4] [0 1 2 3 3 2 4 3 4 5 0] \"P\" [-1 -1 0 -1 1 0 0 1 0 0 -1 0 1 1 0 1 -1 0] "
+      "\"uniform float u\" [1 2 3] \"facevarying float f\" [0 1 2 3 4 5 6 7 8 9 10] \"vertex float v\" [0 1 2 3 4 5] "
+      "\"uniform string s\" [\"a\" \"b\" \"c\"]\n";
+  const Read r =
+      readWorld("AttributeBegin Attribute \"shade\" \"int[2] faceset\" [2 0]\n" + polygons +
+                "SubdivisionMesh \"catmull-clark\" [4 4] [0 1 2 3 3 2 4 5] \"P\" [-1 -1 0 -1 1 0 0 1 0 0 "
+                "-1 0 1 1 0 1 -1 0] \"constant int[1] shade:faceset\" [1]\nSphere 1 -1 1 360\nAttributeEnd\n"
+                "Attribute \"shade\" \"int[1] faceset\" [7]\n" +
+                polygons);
+  ASSERT_EQ(r.world().primitives.size(), 3u) << "a mesh of none of its faces is left out";
+  expectMessage(r, "RIB-INDEX", 8);
+  const auto& m = std::get<PolygonMesh>(r.primitive(0).shape);
+  EXPECT_EQ(m.loopsPerFace.size(), 0u);
+  EXPECT_EQ(m.verticesPerLoop, (std::vector<int>{4, 4}));
+  EXPECT_EQ(m.vertices, (std::vector<int>{0, 1, 2, 3, 3, 4, 5, 0}));
+  const auto& values = r.primitive(0).primvars;
+  EXPECT_EQ(values.find("u")->floats, (std::vector<float>{1, 3}));
+  EXPECT_EQ(values.find("f")->floats, (std::vector<float>{0, 1, 2, 3, 7, 8, 9, 10}));
+  EXPECT_EQ(values.find("v")->floats.size(), 6u);
+  EXPECT_EQ(values.find("s")->strings, (std::vector<std::string>{"a", "c"}));
+  const auto& s = std::get<SubdivisionMesh>(r.primitive(1).shape);
+  ASSERT_EQ(s.tags.size(), 1u);
+  EXPECT_EQ(s.tags[0].name, "hole");
+  EXPECT_EQ(s.tags[0].ints, (std::vector<int>{0}));
+}
+
+TEST(Objects, NormalsOfFacesAreNormals) {
+  const Read r = readWorld(
+      "Polygon \"P\" [0 0 0 1 0 0 0 1 0] \"Np\" [0 1 0]\nPolygon \"P\" [0 0 0 1 0 0 0 1 0] \"Np\" [0 1 0] "
+      "\"N\" [1 0 0 1 0 0 1 0 0]");
+  expectClean(r);
+  const Parameter* n = r.primitive(0).primvars.find("N");
+  ASSERT_TRUE(n);
+  EXPECT_EQ(n->storage, StorageClass::Uniform);
+  EXPECT_EQ(r.primitive(1).primvars.find("N")->floats[0], 1);
+}
+
 TEST(Objects, PrototypesInstancesAndNesting) {
   const Read r = readWorld(R"(ObjectBegin "leaf"
 Translate 0 1 0
@@ -972,6 +1067,26 @@ TEST(Kept, EveryOtherRequestIsKeptAndReportedOnce) {
   const Read edit = readWorld("Sphere 1 -1 1 360\nEditBegin \"attribute\"\nSphere 9 -9 9 360\nEditEnd\n");
   EXPECT_EQ(edit.world().kept.size(), 1u);
   EXPECT_EQ(edit.world().primitives.size(), 1u);
+}
+
+TEST(Requests, SolidsKeepAttributesAndTransformsToThemselves) {
+  const Read r = readWorld(R"(SolidBegin "union"
+Translate 0 1 0
+SolidBegin "primitive"
+Translate 1 0 0
+Color [1 0 0]
+Sphere 1 -1 1 360
+SolidEnd
+Sphere 2 -2 2 360
+SolidEnd
+Sphere 3 -3 3 360)");
+  expectClean(r);
+  const double wanted[3][2] = {{1, 1}, {0, 1}, {0, 0}};
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(r.primitive(i).toWorld.matrices[0][3][0], wanted[i][0]) << i;
+    EXPECT_EQ(r.primitive(i).toWorld.matrices[0][3][1], wanted[i][1]) << i;
+    EXPECT_EQ(r.primitive(i).attributes->color.has_value(), i == 0) << i;
+  }
 }
 
 TEST(Requests, SolidsAreTrees) {

@@ -55,6 +55,12 @@ bool isChoice(const Param& p, float value) {
   return isListed || !isDefaultListed;
 }
 
+// Whether a word is one of those that a parameter lists ("linear|constant"), where it lists any.
+bool isChoice(const Param& p, const std::string& word) {
+  if (!p.choices || !std::strchr(p.choices, '|') || (p.flags & kParamArray) || word.empty()) return true;
+  return ("|" + std::string(p.choices) + "|").find("|" + word + "|") != std::string::npos;
+}
+
 }  // namespace
 
 ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Diagnostics& diagnostics) {
@@ -88,6 +94,12 @@ ResolvedParams::ResolvedParams(const Descriptor& d, const scene::Node* node, Dia
       if (!given->strings.empty()) {
         strings_[i] = given->strings;
         ok = true;
+        // lists of other kinds may be examples
+        if (d.kind == Kind::Pattern && !isChoice(p, given->strings[0]))
+          diagnostics.warning("PARAM-CHOICE", given->pos,
+                              std::string(d.name) + "." + p.name + " of '" + node->handle + "' is '" +
+                                  given->strings[0].substr(0, 60) + "', which is none of its choices",
+                              "it stands for nothing", std::string("there are ") + p.choices);
       }
     } else if (given && isNumeric(p.type)) {
       floats_[i] = given->floats;

@@ -155,6 +155,26 @@ TEST(Sources, MotionInTheWorldAndInThePicture) {
   EXPECT_NEAR(at(r, "motionFore", 16, 16, 0), 4, 0.05);
 }
 
+// Exporters write reference positions as "__Pref" or as "Pref"; the channel is "__Pref".
+TEST(Sources, ReferencesByEitherName) {
+  for (const std::string& name : {std::string("__"), std::string()}) {
+    SceneRender r(request("__Pref,__Nref,Pref",
+                          "Translate 0 0 3\nPatch \"bilinear\" \"vertex point P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]"
+                          " \"vertex point " +
+                              name + "Pref\" [5 0 -3  7 0 -3  5 2 -3  7 2 -3] \"constant normal " + name +
+                              "Nref\" [0 1 0]\n",
+                          "DisplayChannel \"point __Pref\"\nDisplayChannel \"normal __Nref\"\n"
+                          "DisplayChannel \"point Pref\"\n"));
+    ASSERT_TRUE(r.ok());
+    EXPECT_NEAR(at(r, "__Pref", 8, 8, 0), 6 + screen(8), 0.04) << name;
+    EXPECT_NEAR(at(r, "__Pref", 8, 8, 1), 1 - screen(8), 0.04) << name;
+    EXPECT_NEAR(at(r, "__Nref", 8, 8, 1), 1, 1e-4) << name;
+    // the primvar itself has one name
+    EXPECT_EQ(at(r, "Pref", 8, 8, 0) > 1, name.empty());
+    EXPECT_EQ(r.messages().size(), name.empty() ? 0u : 1u);
+  }
+}
+
 TEST(Sources, PrimvarsAndWhatIsMissing) {
   const std::string world =
       "Translate 0 0 3\nPolygon \"vertex point P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \"vertex color warmth\" [1 0 0  "

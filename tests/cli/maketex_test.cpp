@@ -35,6 +35,13 @@ TEST(Maketex, TakesTxmakesSpelling) {
       {"maketex", "--smode", "black", "--tmode", "periodic", "--half", "--format", "openexr", "in.png", "out.exr"});
   EXPECT_EQ(r.exitCode, 0) << r.err;
   EXPECT_TRUE(w.has("out.exr"));
+  // its own endings are no format's
+  for (const char* name : {"out.tex", "out.env"}) {
+    r = w.run({"maketex", "-mode", "periodic", "in.png", name});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    r = w.run({"diff", name, "in.png", "--max", "0.01"});
+    EXPECT_EQ(r.exitCode, 0) << r.out << r.err;
+  }
 }
 
 TEST(Maketex, SaysWhatIsWrong) {

@@ -54,6 +54,64 @@ TEST(Render, StandardInputAndSeveralFilesAreOneStream) {
   EXPECT_TRUE(isIdentical(w, "piped.exr", "two.exr"));
 }
 
+// Displays that name cameras show what those see, each frame of them its own.
+TEST(Render, DisplaysShowTheirOwnCameras) {
+  Workplace w;
+  const auto scene = [](const std::string& displays, double x) {
+    SceneParts parts;
+    parts.display = displays;
+    parts.camera = "Projection \"perspective\" \"fov\" [40]\n";
+    for (const auto& [name, shift] : {std::pair{"left", "0.3"}, {"right", "-0.3"}})
+      parts.camera +=
+          std::string("TransformBegin Translate ") + shift + " 0 4 Camera \"" + name + "\" TransformEnd\n";
+    parts.camera += "Translate " + std::to_string(x) + " 0 4";
+    return rib(parts);
+  };
+  const auto show = [](const char* file, const char* camera) {
+    return std::string("Display \"") + file + "\" \"openexr\" \"rgba\"" +
+           (*camera ? std::string(" \"string camera\" [\"") + camera + "\"]" : "") + "\n";
+  };
+  w.write("alone.rib", scene(show("l.exr", ""), 0.3));
+  w.write("other.rib", scene(show("r.exr", ""), -0.3));
+  w.write("middle.rib", scene(show("m.exr", ""), 0));
+  for (const char* file : {"alone.rib", "other.rib", "middle.rib"}) EXPECT_EQ(w.run({file}).exitCode, 0);
+  w.write("all.rib", scene(show("l2.exr", "left") + show("+r2.exr", "right") + show("+m2.exr", ""), 0));
+  const Result r = w.run({"all.rib"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(isIdentical(w, "l.exr", "l2.exr"));
+  EXPECT_TRUE(isIdentical(w, "r.exr", "r2.exr"));
+  EXPECT_TRUE(isIdentical(w, "m.exr", "m2.exr"));
+  EXPECT_FALSE(isIdentical(w, "l.exr", "r.exr"));
+  // -o is for the primary display; the other cameras' keep their names
+  EXPECT_EQ(w.run({"all.rib", "-o", "named.exr", "--stats", "s.json"}).exitCode, 0);
+  EXPECT_TRUE(isIdentical(w, "l.exr", "named.exr"));
+  // parts go beside each picture and merge to it
+  for (const char* part : {"0:2", "2:4"}) EXPECT_EQ(w.run({"all.rib", "--samples", part}).exitCode, 0);
+  EXPECT_EQ(w.run({"merge", "r2.samples-0-2.exr", "r2.samples-2-4.exr", "-o", "merged.exr"}).exitCode, 0);
+  EXPECT_TRUE(isIdentical(w, "r.exr", "merged.exr"));
+  const Result part = w.run({"all.rib", "--samples", "0:2", "-o", "part.exr"});
+  EXPECT_EQ(part.exitCode, 0) << part.err;
+  EXPECT_NE(part.err.find("DISPLAY-CAMERA"), std::string::npos) << part.err;
+  w.write("wrong.rib", scene(show("l.exr", "middle"), 0.3));
+  const Result wrong = w.run({"wrong.rib"});
+  EXPECT_EQ(wrong.exitCode, 0);
+  EXPECT_NE(wrong.err.find("DISPLAY-CAMERA"), std::string::npos) << wrong.err;
+}
+
+// Words that stand for choices and for none of them.
+TEST(Render, WordsThatAreNoChoiceAreTold) {
+  Workplace w;
+  for (const auto& [word, isOne] : {std::pair{"Nn", true}, {"identifier:id", true}, {"VLen", false}}) {
+    SceneParts parts;
+    parts.material = std::string("Pattern \"PxrVariable\" \"v\" \"string variable\" [\"") + word +
+                     "\"]\nBxdf \"PxrDiffuse\" \"m\" \"reference color diffuseColor\" [\"v:resultRGB\"]";
+    w.write("scene.rib", rib(parts));
+    const Result r = w.run({"scene.rib", "--check"});
+    EXPECT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_EQ(r.err.find("PARAM-CHOICE") == std::string::npos, isOne) << r.err;
+  }
+}
+
 TEST(Render, ResolutionAndCropOverrideTheScene) {
   Workplace w;
   w.write("scene.rib", rib());

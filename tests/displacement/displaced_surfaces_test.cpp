@@ -77,10 +77,32 @@ void expectSame(const std::string& displaced, const std::string& as) {
 
 TEST(DisplacedSurfaces, ByADistanceAreTheirLargerSelves) {
   expectSame(byDistance(0.4) + "Sphere 1 -1 1 360", "Sphere 1.4 -1.4 1.4 360");
-  expectSame(byDistance(0.2) + "Rotate 50 1 0.3 0\nTorus 1 0.3 0 360 360", "Rotate 50 1 0.3 0\nTorus 1 0.5 0 360 360");
+  expectSame(byDistance(0.2) + "Rotate 50 1 0.3 0\nTorus 1 0.3 0 360 360",
+             "Rotate 50 1 0.3 0\nTorus 1 0.5 0 360 360");
   expectSame(byDistance(-0.3) + "Rotate 90 1 0 0\nCylinder 1.3 -1 1 360", "Rotate 90 1 0 0\nCylinder 1 -1 1 360");
   // the object's own units: half of them are seen
   expectSame("Scale .5 .5 .5\n" + byDistance(0.4) + "Sphere 1.6 -1.6 1.6 360", "Sphere 1 -1 1 360");
+}
+
+TEST(DisplacedSurfaces, StayWhereTheAttributeSaysSo) {
+  const std::string still = "Attribute \"trace\" \"int displacements\" [0]\n", moved = byDistance(0.4);
+  for (const std::string& said : {still + moved, moved + still}) {
+    SceneRender a(requestOf(said + "Sphere 1 -1 1 360")), b(requestOf("Sphere 1 -1 1 360"));
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_TRUE(a.messages().empty()) << a.messages()[0];
+    EXPECT_EQ(between(a, b, "a").mean, 0) << said;
+  }
+  // each instance of an object by its own
+  const auto two = [&](const std::string& left, const std::string& right) {
+    return SceneRender(
+        requestOf("ObjectBegin \"ball\" Sphere 0.5 -0.5 0.5 360 ObjectEnd\nAttributeBegin Translate -1 0 0 " + left +
+                  "ObjectInstance \"ball\" AttributeEnd\nTranslate 1 0 0 " + right + "ObjectInstance \"ball\""));
+  };
+  SceneRender a = two(byDistance(0.3) + still, byDistance(0.3)), b = two("", byDistance(0.3));
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(between(a, b, "a").mean, 0);
+  SceneRender both = two(byDistance(0.3), byDistance(0.3));
+  EXPECT_GT(between(a, both, "a").mean, 0.01);
 }
 
 TEST(DisplacedSurfaces, OfEveryKindMoveByAVector) {
@@ -138,8 +160,8 @@ TEST(DisplacedSurfaces, BumpAndDisplacementAgreeWhereTheyAreSmall) {
   image::Image waves({0, 0, kSize, kSize}, {{"R", image::StoredType::Float}});
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x)
-      waves.pixels[size_t(y) * kSize + size_t(x)] = float(0.5 + 0.5 * std::sin(0.049087385 * 4 * (x + 0.5)) *
-                                                                   std::cos(0.049087385 * 3 * (y + 0.5)));
+      waves.pixels[size_t(y) * kSize + size_t(x)] =
+          float(0.5 + 0.5 * std::sin(0.049087385 * 4 * (x + 0.5)) * std::cos(0.049087385 * 3 * (y + 0.5)));
   const std::string file = (std::filesystem::temp_directory_path() / "kinora_waves.exr").string();
   ASSERT_TRUE(image::write(file, waves).ok());
   const std::string plane = "Patch \"bilinear\" \"P\" [2 -2 0 -2 -2 0 2 2 0 -2 2 0]";
@@ -156,12 +178,14 @@ TEST(DisplacedSurfaces, BumpAndDisplacementAgreeWhereTheyAreSmall) {
   double before = 1;
   for (const double height : {.2, .05, .01}) {
     const std::string h = std::to_string(height);
-    SceneRender moved(lit("Attribute \"dice\" \"float micropolygonlength\" [.5]\nPattern \"PxrTexture\" \"t\" \"string filename\" [\"" + file +
-                                "\"]\nDisplace \"PxrDisplace\" \"d\" \"float dispAmount\" [" + h +
-                                "] \"reference float dispScalar\" [\"t:resultR\"]\n" + plane));
+    SceneRender moved(lit(
+        "Attribute \"dice\" \"float micropolygonlength\" [.5]\nPattern \"PxrTexture\" \"t\" \"string filename\" [\"" +
+        file + "\"]\nDisplace \"PxrDisplace\" \"d\" \"float dispAmount\" [" + h +
+        "] \"reference float dispScalar\" [\"t:resultR\"]\n" + plane));
     SceneRender bent(lit("Pattern \"PxrBump\" \"b\" \"float scale\" [" + h + "] \"string filename\" [\"" + file +
-                               "\"]\nBxdf \"PxrDiffuse\" \"m\" \"color diffuseColor\" [.6 .6 .6] "
-                               "\"reference normal bumpNormal\" [\"b:resultN\"]\n" + plane));
+                         "\"]\nBxdf \"PxrDiffuse\" \"m\" \"color diffuseColor\" [.6 .6 .6] "
+                         "\"reference normal bumpNormal\" [\"b:resultN\"]\n" +
+                         plane));
     ASSERT_TRUE(moved.ok() && bent.ok() && flat.ok());
     EXPECT_TRUE(moved.messages().empty()) << moved.messages()[0];
     const double relief = between(bent, flat, "Ci").mean, off = between(moved, bent, "Ci").mean / relief;
@@ -241,18 +265,22 @@ TEST(DisplacedSurfaces, AreTheSameBitsForAnyThreadsAndWidths) {
 
 TEST(DisplacedSurfaces, MoveAtEachKey) {
   // a plate that bends while the shutter is open, moved along itself by a vector
-  const std::string keys = "MotionBegin [0 1]\nPatch \"bilinear\" \"P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n"
-                           "Patch \"bilinear\" \"P\" [-1 -1 0 1 -1 1 -1 1 1 1 1 0]\nMotionEnd";
+  const std::string keys =
+      "MotionBegin [0 1]\nPatch \"bilinear\" \"P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n"
+      "Patch \"bilinear\" \"P\" [-1 -1 0 1 -1 1 -1 1 1 1 1 0]\nMotionEnd";
   expectSame("Displace \"PxrDisplace\" \"d\" \"vector dispVector\" [.3 .2 -.5]\n" + keys,
              "AttributeBegin\nTranslate .3 .2 -.5\n" + keys + "\nAttributeEnd");
 }
 
 TEST(DisplacedSurfaces, InstancesShareTheirRelief) {
   const std::string object =
-      "ObjectBegin \"o\"\nDisplace \"PxrDisplace\" \"d\" \"float dispScalar\" [.3]\nSphere .5 -.5 .5 360\nObjectEnd\n";
+      "ObjectBegin \"o\"\nDisplace \"PxrDisplace\" \"d\" \"float dispScalar\" [.3]\nSphere .5 -.5 .5 "
+      "360\nObjectEnd\n";
   const auto place = [](const std::string& what) {
-    return "AttributeBegin\nTranslate -1 0 0\n" + what + "\nAttributeEnd\nAttributeBegin\nTranslate 1 0 0\nScale .5 .5 "
-           ".5\n" + what + "\nAttributeEnd\n";
+    return "AttributeBegin\nTranslate -1 0 0\n" + what +
+           "\nAttributeEnd\nAttributeBegin\nTranslate 1 0 0\nScale .5 .5 "
+           ".5\n" +
+           what + "\nAttributeEnd\n";
   };
   expectSame(object + place("ObjectInstance \"o\""), place("Sphere .8 -.8 .8 360"));
 }
@@ -324,7 +352,8 @@ TEST(DisplacedSurfaces, BadInputIsTold) {
   };
   const std::string up = "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [.3]\n";
   expect("Displace \"PxrNoSuchDisplacement\" \"d\"\n", ball, "PLUGIN-MISSING");
-  expect(up, "Curves \"linear\" [2] \"nonperiodic\" \"P\" [-1 0 0 1 0 0] \"constantwidth\" [.3]", "DISPLACEMENT-KIND");
+  expect(up, "Curves \"linear\" [2] \"nonperiodic\" \"P\" [-1 0 0 1 0 0] \"constantwidth\" [.3]",
+         "DISPLACEMENT-KIND");
   expect(up, "Points \"P\" [-1 0 0 1 0 0] \"constantwidth\" [.6]", "DISPLACEMENT-KIND");
   // 1e38 * 10 is no number; 1e20 is one that no ray could reach
   expect("Displace \"PxrDisplace\" \"d\" \"float dispAmount\" [10] \"float dispScalar\" [1e38]\n", ball,
@@ -349,8 +378,10 @@ TEST(DisplacedSurfaces, BoundsAreCheckedAndNotObeyed) {
   expect("\"float sphere\" [.1] \"string coordinatesystem\" [\"object\"]", "3 times that");
   expect("\"float sphere\" [0]", "DISPLACEMENT-BOUND");
   expect("\"float sphere\" [-1]", "DISPLACEMENT-BOUND");
-  SceneRender scaled(requestOf("Attribute \"displacementbound\" \"float sphere\" [.3] \"string coordinatesystem\" "
-                               "[\"world\"]\nScale 2 2 2\n" + ball));
+  SceneRender scaled(
+      requestOf("Attribute \"displacementbound\" \"float sphere\" [.3] \"string coordinatesystem\" "
+                "[\"world\"]\nScale 2 2 2\n" +
+                ball));
   EXPECT_TRUE(says(scaled, "2 times that"));
 }
 

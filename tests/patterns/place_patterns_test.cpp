@@ -229,6 +229,13 @@ TEST(PlacePatterns, Variables) {
   t.setText("name", "t");
   ASSERT_TRUE(t.run(8));
   EXPECT_FLOAT_EQ(t.at("resultR", 1), 0.5f);
+  t.setBuiltin(Builtin::U, {{0.7f, 0.8f, 0.9f}});
+  t.setBuiltin(Builtin::V, {{0.25f}});
+  t.setText("name", "uv");
+  ASSERT_TRUE(t.run(8));
+  EXPECT_FLOAT_EQ(t.at("resultR", 1), 0.8f);
+  EXPECT_FLOAT_EQ(t.at("resultG", 1), 0.25f);
+  EXPECT_FLOAT_EQ(t.at("resultB", 1), 0);
   t.setText("name", "nothing");
   ASSERT_TRUE(t.run(8));
   EXPECT_FLOAT_EQ(t.at("resultR", 1), 0);

@@ -329,6 +329,22 @@ TEST(VectorPatterns, VariationsKeepTheirRange) {
     EXPECT_NEAR(std::fmax(r, std::fmax(g, b)), 0.6f, 1e-5);
     EXPECT_NEAR(std::fmin(r, std::fmin(g, b)), 0.2f, 1e-5);
   }
+  t.set("hue", 0);
+  t.set("saturation", 0.9f);
+  int vivid = 0;
+  for (const float red : {0.2f, -0.2f}) {  // what is below zero already may stay there
+    t.set("inputRGB", Numbers{{red}, {0.4f}, {0.05f}});
+    ASSERT_TRUE(t.run(8));
+    for (uint32_t i = 0; i < kObjects; ++i) {
+      EXPECT_GE(t.at("resultR", i), std::fmin(red, 0.f)) << i;
+      EXPECT_GE(t.at("resultB", i), 0) << i;
+      vivid += t.at("resultB", i) == 0;
+    }
+  }
+  EXPECT_GT(vivid, 100) << "the test asks for nothing";
+  t.set("saturation", 0);
+  t.set("hue", 1);
+  t.set("inputRGB", Numbers{{0.2f}, {0.4f}, {0.6f}});
   // a primitive variable: equal values, equal colours
   t.set("varySource", 2);
   t.setText("varName", "leaf");

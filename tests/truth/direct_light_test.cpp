@@ -149,6 +149,40 @@ TEST(Irradiance, OfMeshes) {
   const double ball = kPi * 0.09 / (0.49 * 1.0);
   const std::string sphere = place + mesh + "Sphere 0.3 -0.3 0.3 360 AttributeEnd\n";
   expectIrradiance(sphere, ball, "sphere of triangles");
+  // an object is the light's shape as what is in it would be, objects within it too, with either of its places
+  const std::string object = "ObjectBegin \"card\" Translate 0 0 0.1 Polygon" + std::string(points) +
+                             "ObjectEnd\nObjectBegin \"in\" Translate 0 0 0.1 ObjectInstance \"card\" ObjectEnd\n";
+  expectIrradiance(object + kUnseen + "Translate 0 0 0.2 " + mesh + "ObjectInstance \"card\" AttributeEnd\n", square,
+                   "square in an object");
+  expectIrradiance(object + kUnseen + mesh + "Translate 0 0 0.1 ObjectInstance \"in\" AttributeEnd\n", square,
+                   "square in an object in an object");
+  expectIrradiance(object + "ObjectBegin \"lamp\" AttributeBegin " + mesh +
+                       "ObjectInstance \"card\" AttributeEnd ObjectEnd\n" + kUnseen +
+                       "Translate 0 0 0.2 ObjectInstance \"lamp\" AttributeEnd\n",
+                   square, "lamp in an object");
+  expectIrradiance(place + mesh + "Polygon" + points + "AttributeEnd\n" + object + kUnseen + "Translate 0 0 0.2 " +
+                       mesh + "ObjectInstance \"card\" AttributeEnd\n" + kUnseen + "Translate 100 0 0 " + mesh +
+                       "ObjectInstance \"card\" AttributeEnd\n",
+                   2 * square, "lamps of one object");
+}
+
+TEST(Irradiance, LightsRunNoPatternsAndSaySo) {
+  for (const char* light : {"PxrDomeLight", "PxrRectLight"}) {
+    SCOPED_TRACE(light);
+    RenderRequest q;
+    q.rib = whitePlane(kUnseen + "Pattern \"PxrToFloat3\" \"q\" \"float input\" [.25]\nLight \"" + light +
+                           "\" \"l\" \"reference color lightColor\" [\"q:resultRGB\"]\nAttributeEnd\n",
+                       unbiased(0));
+    SceneRender r(q);
+    ASSERT_TRUE(r.ok());
+    const auto& m = r.messages();
+    EXPECT_EQ(std::count_if(m.begin(), m.end(),
+                            [](const std::string& s) {
+                              return s.find("LIGHT-CONNECTION") != std::string::npos &&
+                                     s.find("lightColor") != std::string::npos;
+                            }),
+              1);
+  }
 }
 
 TEST(Irradiance, OfOldAreaLights) {

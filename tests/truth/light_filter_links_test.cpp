@@ -92,6 +92,35 @@ TEST(LightFilterLinks, FiltersStandInTheSystemsOfTheirScope) {
   }
 }
 
+// What bounds a light's power must not take all of it where a filter of factor 0 is not on the object, weighs on part
+// of the light or combines with another.
+TEST(LightFilterLinks, AFactorOfNothingLeavesTheLightThatIsWithoutIt) {
+  const auto nothing = [](const std::string& more) {
+    return "LightFilter \"PxrIntMultLightFilter\" \"none\" \"float intensity\" [0] " + more + "\n";
+  };
+  const auto own = [](const char* handle, const char* mode, double factor) {
+    return std::string("LightFilter \"PxrIntMultLightFilter\" \"") + handle + "\" \"float intensity\" [" +
+           std::to_string(factor) + "] \"string combineMode\" [\"" + mode + "\"]\n";
+  };
+  const double free = overSeeds(scene(kLamp), 8).mean();
+  ASSERT_GT(free, 0.1);
+  const struct {
+    std::string filters, attributes;
+    double factor;
+  } cases[] = {
+      {nothing("\"float diffuse\" [0.5]"), "", 0.5},
+      {nothing("\"float diffuse\" [0]"), "", 1},
+      {nothing("\"float specular\" [0.5]"), "", 0},
+      {nothing("\"string linkingGroups\" [\"warm\"]") + half("b", "cold", 0.5), subset("cold"), 0.5},
+      {own("a", "max", 0) + own("b", "max", 0.5), "", 0.5},
+      {own("a", "screen", 0) + own("b", "screen", 0.5), "", 0.5},
+      {own("a", "min", 0) + own("b", "min", 0.5), "", 0},
+  };
+  for (const auto& c : cases)
+    EXPECT_NEAR(overSeeds(scene(c.filters + kLamp, c.attributes), 8).mean(), c.factor * free, 5e-3 * free)
+        << c.filters << c.attributes;
+}
+
 TEST(LightFilterLinks, SaysWhichNamesNothingHas) {
   SceneRender render(scene(half("a", "warm", 0.5) + kLamp, subset("warmer")));
   ASSERT_TRUE(render.ok());

@@ -1,4 +1,4 @@
-// PxrVariable: a built-in variable by name. Unknown names give 0 0 0.
+// PxrVariable: a built-in variable by name. Unknown names give 0 0 0 (and PARAM-CHOICE says so).
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrVariable/PxrVariable.cpp"
 #include <cstring>
 #include <kinora/pattern_author.h>
@@ -6,14 +6,12 @@
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t { kVariable, kName, kType, kCoordsys };
+constexpr const char* kNames =
+    "P|Po|PO|Pworld|PW|N|Nn|Ng|Ngn|V|Vn|T|Tn|dPdu|du|dPdv|dv|u|U|v|uv|st|s|t|time|id|identifier:id|radius|PRadius";
 constexpr Param kParams[] = {
-    param::string("variable", "")
-        .options("P|Po|Pworld|Nn|Ngn|Vn|Tn|dPdu|dPdv|u|v|st|s|t|time|id|radius")
-        .help("Name of the variable; name counts where it is empty."),
-    param::string("name", "").help("Name of the variable."),
-    param::string("type", "float")
-        .options("float|color|point|vector|normal")
-        .help("Accepted; the variable's own type counts."),
+    param::string("variable", "").options(kNames).help("Name of the variable; name counts where it is empty."),
+    param::string("name", "").options(kNames).help("Name of the variable."),
+    param::string("type", "float").help("Accepted; the variable's own type counts."),
     param::string("coordsys", "object").help("Space in which points, vectors and normals are given out."),
     param::output(Type::Color, "resultRGB"),
     param::output(Type::Float, "resultR"),
@@ -22,7 +20,7 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultRadius"),
 };
 
-inline Value fromArrays(const float* const p[3], uint32_t components) {
+inline Value fromArrays(const float* const* p, uint32_t components) {
   Value v;
   v.stride = 1;
   v.components = components;
@@ -63,6 +61,12 @@ struct PxrVariable {
       v = c->builtin(Builtin::U);
     } else if (is("v", "v")) {
       v = c->builtin(Builtin::V);
+    } else if (is("uv", "uv")) {
+      const Value parts[2] = {c->builtin(Builtin::U), c->builtin(Builtin::V)};
+      float* both[3] = {c->alloc<float>(c->padded), c->alloc<float>(c->padded), nullptr};
+      for (uint32_t k = 0; k < 2; ++k)
+        for (uint32_t i = 0; i < c->padded; ++i) both[k][i] = parts[k].data[0][i * parts[k].stride];
+      v = fromArrays(both, 2);
     } else if (is("st", "s") || is("t", "t")) {
       v = c->builtin(Builtin::St), radius = c->builtin(Builtin::StRadius);
       if (is("t", "t")) v.data[0] = v.data[1];

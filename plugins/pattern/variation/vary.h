@@ -80,7 +80,10 @@ struct Variation {
     Vec3<W> v = rgbToHsv(c);
     // colours below zero would not survive the trip through hue
     c = select(turn == F(0.f), c, hsvToRgb(Vec3<W>(v.x + turn, v.y, v.z)));
+    // more saturation than the colour has room for would take channels below zero
+    const Rgb<W> least{min(c.x, F(0.f)), min(c.y, F(0.f)), min(c.z, F(0.f))};
     c = lerp(grey(luminance(c)), c, max(F(1.f) + drawn(kSaturation, seed, at), F(0.f)));
+    c = {max(c.x, least.x), max(c.y, least.y), max(c.z, least.z)};
     c = c * max(F(1.f) + drawn(kLuminance, seed, at), F(0.f));
     const F e = drawn(kGamma, seed, at), power = exp2(-e);
     const auto bent = [&](F x) { return select((e == F(0.f)) | (x <= F(0.f)), x, pow(max(x, F(1e-30f)), power)); };

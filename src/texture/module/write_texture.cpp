@@ -113,6 +113,11 @@ std::string writeLevels(OIIO::ImageBuf& image, OIIO::ImageSpec spec, const MakeT
   auto output = options.format.empty()
                     ? OIIO::ImageOutput::create(file)
                     : OIIO::ImageOutput::create(options.format == "pixar" ? "tiff" : options.format);
+  if (!output && options.format.empty()) {
+    // names that say no format, as those of txmake do (.tex, .env), are of the one that .tx is
+    (void)OIIO::geterror();
+    output = OIIO::ImageOutput::create("tiff");
+  }
   if (!output) return firstLine(OIIO::geterror());
   // TIFF's levels are images of their own
   const auto append =
