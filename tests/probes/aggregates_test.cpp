@@ -169,15 +169,17 @@ TEST(Aggregates, MediaAreLitByTheLightsThatTheyAreLinkedTo) {
 // What rays of paths know and shadow rays do not takes nothing of light that comes straight, whichever finds it.
 TEST(Aggregates, LightIsShadowedAlikeHoweverItIsFound) {
   for (const char* asks : {"Indirect", "Transmission"}) {
-    Sets sets{{std::string("integrator.volumeAggregate") + asks, "mist"}};
-    const std::string text = room(kRect, kGrey, "", volume(aggregate("mist"), kHigh, "\"float densityFloat\" [1.5]"));
+    Sets sets{{std::string("integrator.volumeAggregate") + asks, "mist"}, {"integrator.maxIndirectBounces", "0"}};
+    const std::string text =
+        room(kRect, kGrey, "",
+             volume(aggregate("mist"), kHigh, "\"float densityFloat\" [1.5] \"color diffuseColor\" [0 0 0]"));
     const TileMoments sampled = tilesOf(text, sets, 500);
     sets.emplace_back("integrator.numLightSamples", "0");
     const TileMoments met = tilesOf(text, sets, 600, 96);
     const TileTest t = compareTiles(mainTiles(met, sampled), mainTiles(sampled, sampled));
     EXPECT_TRUE(t.agrees()) << asks << ": worst z " << t.worstZ << ", means " << met.mean() << " and "
                             << sampled.mean();
-    EXPECT_LT(t.meanError, 0.05);
+    EXPECT_LT(t.meanError, 0.08);
   }
 }
 
