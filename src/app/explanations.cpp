@@ -61,6 +61,14 @@ constexpr Explanation kOwn[] = {
      "textures "
      "held; the message names the largest. Exit code 5. Fewer pixels or channels make the film smaller, a larger "
      "dice:micropolygonlength the meshes; the texture cache shrinks by itself to what is left."},
+    {"MEMORY-RECORDS",
+     "PxrVCM and PxrUnified keep vertices and beams of light paths while camera paths look for them. There is less "
+     "room "
+     "for them than they would take (three eighths of what --memory-limit leaves before the first pass), so that "
+     "only "
+     "some light paths are kept. The picture has the same mean and more noise. keptPaths of the integrator says how "
+     "many "
+     "are kept in any case."},
     {"APP-CPU", "Kinora's kernels need AVX2, FMA, BMI2 and F16C (x86-64 processors since about 2013). Exit code 9."},
     {"CLI-SET",
      "--set takes KIND.NAME=VALUE. KIND is integrator, hider, projection, option, light or display; NAME is a "
@@ -444,6 +452,13 @@ constexpr Explanation kRooms[] = {
     {"RENDER-RECORDS",
      "An integrator keeps records from one stage of a pass for the next, in lists that it declares. It appended to a "
      "list that does not exist or that another stage writes; those records were dropped. A fault of the plug-in."},
+    {"MEDIUM-AGGREGATE",
+     "An integrator (volumeAggregate, volumeAggregateCamera, volumeAggregateIndirect, volumeAggregateTransmission) "
+     "or a "
+     "surface (volumeAggregateName) asks for volumes by the name of an aggregate that no volume is in. Volumes are "
+     "put "
+     "into aggregates by Attribute \"volume\" \"string[] aggregate\"; those that say nothing are in "
+     "\"globalVolumeAggregate\", which integrators ask for by default."},
     {"MEDIUM-BOUND",
      "Distances in a medium are drawn by bounds of its extinction, found by looking at its patterns on a lattice of "
      "points, or by maxDensity of its material. Somewhere the extinction is larger than the bound. The picture is "
@@ -461,6 +476,11 @@ constexpr Explanation kRooms[] = {
      "Media "
      "absorb what they would scatter, and what they emit is missing. PxrPathTracer, PxrDirectLighting, PxrVCM and "
      "PxrUnified can."},
+    {"MEDIUM-LEFT-OUT",
+     "Volumes are in aggregates (Attribute \"volume\" \"string[] aggregate\") that the integrator asks for in none "
+     "of its "
+     "rays: they are left out. Its volumeAggregate names aggregates, several with blanks between them; "
+     "\"globalVolumeAggregate\" is that of volumes that say nothing."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
     {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},

@@ -179,7 +179,9 @@ void LightSet::ends(uint32_t width, Arena& arena, const Points& p, LightEnds* en
   for (uint32_t i = 0; i < n; ++i) {
     if (light[i] == kNoLight) continue;
     pdf[i] = flags[i] & kLightIsDelta ? choice[i] : pdf[i] * choice[i];
-    pdfPosition[i] *= emissionOf(light[i]);
+    // no light path goes from a light to what it is not linked to
+    const bool isLit = links_.areAllWhole() || !p.linkSet || isLinked(p.linkSet[i], light[i]);
+    pdfPosition[i] *= isLit ? emissionOf(light[i]) : 0.f;
   }
   arena.release(mark);
 }

@@ -636,6 +636,31 @@ void Frame::lightPaths(Worker& w, uint64_t firstPath, uint32_t count, int sample
   if (w.index < spent.size()) spent[w.index][1] += now() - start;  // a replay keeps no times
 }
 
+uint64_t Frame::foreseenRecords(int sample) {
+  if (!store_) return 0;
+  constexpr uint64_t kTogether = 64, kLeast = 4096;  // paths in a row; in all
+  Worker& w = *workers_[0];
+  const struct Forgetting {
+    PassStore& store;
+    uint64_t most;
+    ~Forgetting() { store.forget(most); }
+  } forgetting{*store_, store_->mostBytes()};
+  store_->beginPass();
+  uint64_t all = 0;
+  for (uint32_t s = 0; s < stages_.size() && stages_[s].kind == StageKind::LightPaths; ++s) {
+    store_->beginStage(s);
+    const uint64_t paths = pathsOf(stages_[s]), step = std::clamp<uint64_t>(paths / kLeast, 1, 16);
+    for (uint64_t from = 0; from < paths; from += kTogether * step) {
+      w.beginLook();
+      lightPaths(w, from, uint32_t(std::min(kTogether, paths - from)), sample, s);
+      w.endLook();
+    }
+    endStage(s, sample, sample + 1);
+    all += store_->foreseenBytes() * step + paths * sizeof(uint64_t);
+  }
+  return all;
+}
+
 // Stages before the first one of camera paths, for all samples of the pass that `sample` belongs to.
 bool Frame::replayEarlierStages(int sample, uint32_t& camera) {
   camera = 0;

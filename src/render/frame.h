@@ -62,6 +62,11 @@ class Frame {
   bool replay(int x, int y, int sample, const std::function<void(const std::string&)>& print);
   uint64_t arenaBytes() const;
   uint64_t droppedRecords() const { return store_ ? store_->dropped() : 0; }
+  // Bytes that the records of one sample will take, by following a share of its light paths, which leave nothing else.
+  // A function of the sample alone. 0: it keeps none. Throws MemoryExceeded where not even those of that share fit.
+  uint64_t foreseenRecords(int sample);
+  // Another instance of the same integrator, from the next pass on.
+  void setIntegratorData(const void* data) { in_.integratorData = data; }
   // Null: the integrator keeps no records between stages.
   const PassStore* store() const { return store_.get(); }
   // Null: the integrator learns nothing.

@@ -25,6 +25,14 @@ void PassStore::beginPass() {
   held_.set(bytes());
 }
 
+void PassStore::forget(uint64_t most) {
+  for (std::vector<Part>& parts : parts_)
+    for (Part& p : parts) p = Part();
+  for (Sorted& s : sorted_) s = Sorted();
+  mostBytes_ = most;
+  beginPass();
+}
+
 uint64_t PassStore::bytes() const {
   uint64_t all = 0;
   for (size_t l = 0; l < lists_.size(); ++l) {
@@ -79,10 +87,7 @@ void PassStore::cut(size_t worker, const std::vector<size_t>& counts) {
 
 void PassStore::endStage(int threads) {
   if (refused_) {
-    for (std::vector<Part>& parts : parts_)
-      for (Part& p : parts) p = Part();
-    for (Sorted& s : sorted_) s = Sorted();
-    held_.set(0);
+    forget(mostBytes_);
     throw MemoryExceeded("the records that the integrator keeps between stages do not fit; " + Memory::largest());
   }
   tbb::task_arena arena(std::max(1, threads));
@@ -131,6 +136,14 @@ void PassStore::endStage(int threads) {
   }
   held_.set(bytes());
   noteMost();
+}
+
+uint64_t PassStore::foreseenBytes() const {
+  uint64_t all = made_;
+  // parts grow by doubling, until the records are sorted
+  for (size_t l = 0; l < lists_.size(); ++l)
+    all += sorted_[l].count * (2 * (sizeof(Address) + lists_[l].bytes) + lists_[l].bytes);
+  return all;
 }
 
 void PassStore::noteMost() { mostBytes_ = std::max(mostBytes_, bytes() + made_); }

@@ -20,6 +20,8 @@ class PassStore {
 
   // Before the first stage of a pass: empties everything.
   void beginPass();
+  // The same, and none of the memory stays; mostBytes() is so many again.
+  void forget(uint64_t most);
   void beginStage(uint32_t stage) { stage_ = stage; }
   // Sorts what the stage has written. Throws MemoryExceeded, also for what append() had to refuse.
   void endStage(int threads);
@@ -35,6 +37,9 @@ class PassStore {
             uint32_t* count) const;
 
   bool isRefused() const { return refused_.load(std::memory_order_relaxed); }
+  // What the pass takes, after the stages that write records: of records what their parts and the sorted ones come to
+  // at most, and what was made of them. A function of the records alone, not of who appended them.
+  uint64_t foreseenBytes() const;
   uint64_t mostBytes() const { return mostBytes_; }  // that any pass has held, with what was made of its records
   uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -64,6 +65,12 @@ struct Renderer::Impl {
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
   Instance integrator;
+  struct {  // see fitRecords()
+    int block = -1;  // the first sample of those that it holds for
+    uint64_t budget = 0;
+    float share = 1, told = 1;  // of what the scene says; the least that was told of
+    Instance integrator;        // where it is less
+  } fitted;
   int threads = 1;
   SampleCounts counts;
   int samplesDone = 0;        // of each pixel that still takes some
@@ -283,6 +290,7 @@ struct Renderer::Impl {
     in.readMet = [this] { return readProcedurals(builder.metUnread()); };
     in.statistics = &stats;
     frame = std::make_unique<Frame>(in);
+    fitted = {};
   }
 
   // A world of the scene as it is now, from what still holds of the one before. When that fails nothing is kept.
@@ -336,7 +344,8 @@ struct Renderer::Impl {
 
   bool buildWorld() {
     const std::vector<SetAsker> askers = setAskersOf(*integrator.plugin(), scene.integrator.get());
-    return builder.buildWorld(procedurals.scene(), procedurals.delayed(), plan->paths, askers, stats);
+    return builder.buildWorld(procedurals.scene(), procedurals.delayed(), plan->paths, askers,
+                              aggregatesOf(*integrator.plugin(), scene.integrator.get()), stats);
   }
 
   // Whether what an object holds may count where no ray has met it: manifold walks aim at objects by a list.
@@ -513,6 +522,68 @@ struct Renderer::Impl {
     return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));
   }
 
+  // Where --memory-limit has no room for the records of all light paths the integrator keeps those of fewer. How many
+  // follows from what was left before the first pass and from the samples up to the next power of two: not from where a
+  // frame was split.
+  void fitRecords(int first, int last) {
+    constexpr const char* kKept = "keptPaths";
+    const Descriptor& plugin = *integrator.plugin();
+    if (!Memory::limit() || !frame->store()) return;
+    const Param* given = std::find_if(plugin.params, plugin.params + plugin.paramCount,
+                                      [&](const Param& p) { return std::string_view(p.name) == kKept; });
+    if (given == plugin.params + plugin.paramCount) return;
+    const int block = first ? int(std::bit_floor(uint32_t(first))) : 0;
+    if (fitted.block == block) return;
+    if (fitted.block < 0) fitted.budget = Memory::left() / 8 * 3;  // textures and arenas take some of it yet
+    fitted.block = block;
+    float share = 1;
+    uint64_t needed = 0;
+    constexpr float kLeast = 1.f / (1 << 18);
+    for (;;) {
+      keepPaths(kKept, given->value[0], share);
+      try {
+        needed = frame->foreseenRecords(std::max(2 * block - 1, 0)) * uint64_t(last - first);
+      } catch (const MemoryExceeded&) {
+        if (!(share > kLeast)) throw;
+        share /= 16;
+        continue;
+      }
+      if (needed <= fitted.budget || !(share > kLeast)) break;
+      while (needed > fitted.budget && share > kLeast) {
+        share /= 2;
+        needed /= 2;
+      }
+    }
+    if (share < fitted.told) {
+      fitted.told = share;
+      char text[64];
+      std::snprintf(text, sizeof text, "one light path in %.0f is kept", double(1 / share));
+      diagnostics.warning("MEMORY-RECORDS", integratorPos(),
+                          "what " + std::string(plugin.name) + " keeps of its light paths does not fit into the " +
+                              asBinaryBytes(fitted.budget) + " that --memory-limit leaves for it",
+                          std::string(text) + " for camera paths to find: more noise, the same mean",
+                          "raise --memory-limit");
+    }
+  }
+
+  // The integrator's node with that share of what it says.
+  void keepPaths(const char* parameter, float byDefault, float share) {
+    if (share == fitted.share) return;
+    fitted.share = share;
+    scene::Node node;
+    node.kind = "Integrator";
+    node.plugin = integrator.plugin()->name;
+    if (scene.integrator && scene.integrator->plugin == node.plugin) node = *scene.integrator;
+    scene::Parameter p;
+    p.name = parameter;
+    p.floats = {share * node.params.getFloat(parameter, byDefault)};
+    node.params.set(std::move(p));
+    Diagnostics quiet([](const std::string&, Severity) {});  // it was told of all there is
+    if (fitted.integrator.create(*integrator.plugin(), &node, nullptr, nullptr, builder.host(), quiet))
+      frame->setIntegratorData(fitted.integrator.data());
+  }
+  SourcePos integratorPos() const { return scene.integrator ? scene.integrator->pos : SourcePos{}; }
+
   // Where the record holds the colour whose noise decides, the first; -1: there is none.
   int colourOffset() const {
     const film::ChannelLayout& layout = plan->displays.layout;
@@ -632,6 +703,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     for (int a = counts.first; a < counts.last && active.activePixels() > 0;) {
       const int b = passEnd(a, since(start));
       if (isPart) keepSums();
+      fitRecords(a, b);
       if (!frame->pass(a, b)) {
         complete = false;
         break;
@@ -761,6 +833,7 @@ bool Renderer::replay(int x, int y, int sample, const std::function<void(const s
   if (!impl_->isReady) return false;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(impl_->threads));
   impl_->makeFrame();
+  impl_->fitRecords(sample, sample + 1);
   return impl_->frame->replay(x, y, sample, print);
 }
 

@@ -396,6 +396,22 @@ void Worker::beginTry() {
   if (learned) try_.lessons = learned->mark(index);
 }
 
+void Worker::beginLook() {
+  beginTry();
+  if (try_.isOpen) return;
+  try_.isOpen = true;
+  try_.counters = state_.counters;
+  try_.lightRays = lightRays;
+  try_.splats.clear();
+}
+
+void Worker::endLook() {
+  try_.isOpen = false;
+  try_.splats.clear();
+  state_.counters = try_.counters;
+  lightRays = try_.lightRays;
+}
+
 bool Worker::keepTry() {
   if (!try_.isOpen) return true;
   try_.isOpen = false;
@@ -536,7 +552,7 @@ void Worker::emitLight(uint32_t n, EmittedLight* out) {
   emitted_.assign(out->light, out->light + n);
 }
 
-// A light that is not linked to the surface that its path meets first does not light it: the path ends there.
+// A light that is not linked to the surface or medium that its path meets first does not light it: the path ends there.
 uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   const shade::ShadingWorld& w = state_.world();
   const Hits& hits = state_.group().paths.hits;
@@ -544,8 +560,7 @@ uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
   uint32_t m = 0;
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t s = (*slots)[i], light = emitted_[s];
-    const bool isMedium = w.space && w.space->ofInstance.contains(hits.instance[s]);  // lit by all lights
-    const uint32_t set = isMedium ? 0 : w.placementOf(hits.instance[s], hits.geometry[s]).linkSet;
+    const uint32_t set = w.placementOf(hits.instance[s], hits.geometry[s]).linkSet;
     kept[m] = s;
     m += light == kNoLight || w.lights->isLinked(set, light);
   }

@@ -91,6 +91,9 @@ class Worker {
   // splats, counts) counts once keepTry() has found that none of its rays met such a part, and is taken back otherwise.
   void beginTry();
   bool keepTry();
+  // The same for what is to leave nothing behind but records.
+  void beginLook();
+  void endLook();
   // By slot: PlacementInfo::noiseTolerance of what the camera ray met. Null: 1 everywhere.
   const float* tolerances() const { return tolerances_; }
   std::function<void(const std::string&)> print;  // while a sample is replayed

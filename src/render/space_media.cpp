@@ -13,6 +13,7 @@
 
 #include "render/instance.h"
 #include "render/shading_floats.h"
+#include "render/world_lights.h"
 #include "volume/grid_stream.h"
 #include "volume/volume_system.h"
 
@@ -453,10 +454,26 @@ void findEmission(shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
 
 }  // namespace
 
+namespace {
+
+// Aggregates that surfaces name as what is inside of them.
+std::vector<std::string> interiorsOf(const shade::MaterialSet& materials) {
+  std::vector<std::string> names;
+  for (uint32_t i = 0; i < materials.programCount(); ++i)
+    for (const shade::ProgramNode& node : materials.program(i).nodes)
+      for (uint32_t k = 0; node.plugin && k < node.plugin->paramCount; ++k)
+        if (node.plugin->params[k].type == Type::String && node.params[k].text && *node.params[k].text &&
+            std::string_view(node.plugin->params[k].name) == "volumeAggregateName")
+          for (std::string& n : groupNames(node.params[k].text)) names.push_back(std::move(n));
+  return names;
+}
+
+}  // namespace
+
 std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared_ptr<const FlatScene>& flat,
                                                                const Meshes& meshes, shade::ShadingWorld& world,
                                                                const Tools& tools) {
-  Inputs inputs{flat, world.materials, world.world};
+  Inputs inputs{flat, world.materials, world.world, tools.aggregates};
   if (inputs_.world && inputs == inputs_) {
     tools.contents.again(files_);
     use(world);
@@ -492,6 +509,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<trace::PartInput> parts;
   std::vector<trace::PlacementInput> placements;
   std::vector<bool> needsShading;
+  Aggregates aggregates(tools.aggregates, interiorsOf(*world.materials));
   for (const uint32_t k : filled) {
     const uint32_t kind = flat->placements[k].kind, shape = flat->kinds[kind].shape;
     const scene::Primitive& p = *flat->shapes[shape].primitive;
@@ -504,13 +522,18 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
                                   "it is left out", "curves and points have no inside");
       continue;
     }
+    std::string name = flat->nameOf(k);
+    if (name.empty()) name = p.name();
+    const uint32_t visibility = aggregates.visibilityOf(flat->attributes[kind], flat->kinds[kind].visibility, name);
+    if (!visibility) continue;
     const uint32_t index = uint32_t(media->media.size());
     shade::SpaceMedium& m = media->media.emplace_back();
-    m.name = flat->nameOf(k);
-    if (m.name.empty()) m.name = p.name();
+    m.name = std::move(name);
     m.instance = instance->second;
     m.geometry = geometry->second;
-    m.visibility = flat->kinds[kind].visibility;
+    m.visibility = visibility;
+    constexpr uint32_t kShadows = trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+    media->areShadowsOthers |= !(visibility & trace::kSeenByIndirect) != !(visibility & kShadows);
     m.side = signedVolume(mesh) < 0 ? -1.f : 1.f;
     const uint32_t material = world.placements[kind].material;
     const shade::Program& program = world.materials->program((*world.materials)[material].program);
@@ -568,6 +591,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     place.toRender = flat->toRender(k);
     placements.push_back(std::move(place));
   }
+  aggregates.tell(tools.diagnostics);
   if (media->media.empty()) return nullptr;
   trace::BuildOptions options;
   options.shutterOpen = tools.camera.shutterOpen;

@@ -13,6 +13,7 @@
 #include "render/camera.h"
 #include "render/flat_scene.h"
 #include "render/meshes.h"
+#include "render/volume_aggregates.h"
 #include "shade/group.h"
 
 namespace kinora {
@@ -35,6 +36,7 @@ class SpaceMediaStage {
     FileContents& contents;
     Diagnostics& diagnostics;
     const std::atomic<bool>* stop;
+    const AggregateChoice& aggregates;
   };
   // Sets the media of a world of which all is set that shading needs. Null: there are none.
   std::shared_ptr<const shade::SpaceMedia> make(const std::shared_ptr<const FlatScene>& flat, const Meshes& meshes,
@@ -47,6 +49,7 @@ class SpaceMediaStage {
     std::shared_ptr<const FlatScene> flat;
     std::shared_ptr<const shade::MaterialSet> materials;
     std::shared_ptr<const trace::World> world;
+    AggregateChoice aggregates;
     bool operator==(const Inputs&) const = default;
   };
   Inputs inputs_{};

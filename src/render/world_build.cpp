@@ -235,7 +235,8 @@ void WorldBuilder::findBounds(std::map<uint32_t, Imath::Box3d>& ofInstances) con
 
 bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
                               const std::shared_ptr<const film::LightPaths>& paths,
-                              const std::vector<SetAsker>& askers, Statistics& statistics) {
+                              const std::vector<SetAsker>& askers, const AggregateChoice& aggregates,
+                              Statistics& statistics) {
   const auto start = std::chrono::steady_clock::now();
   Rebuilt& rebuilt = statistics.rebuilt;
   const scene::Scene& scene = interiors_.addTo(said, registry_, diagnostics_);
@@ -274,7 +275,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();
   media_.make(flat_, meshes_, *next,
-              {camera_, registry_, host(), *volumes_, contents_, diagnostics_, settings_.stop});
+              {camera_, registry_, host(), *volumes_, contents_, diagnostics_, settings_.stop, aggregates});
   next->lights = lights_.make(scene, sources, links,
                               {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths,
                                sight.ofLights, sight.areShadowsOthers},

@@ -51,7 +51,7 @@ class WorldBuilder {
   // Everything else. False when it was stopped. `askers`: of sets of objects, beside materials.
   bool buildWorld(const scene::Scene& scene, const Delayed& delayed,
                   const std::shared_ptr<const film::LightPaths>& paths, const std::vector<SetAsker>& askers,
-                  Statistics& statistics);
+                  const AggregateChoice& aggregates, Statistics& statistics);
   // Of Delayed::unread, those that rays have met in the world, in order.
   std::vector<uint32_t> metUnread() const;
   // Fills in the boxes around what instances of the scene place, in the world, over the shutter.

@@ -332,6 +332,7 @@ Context* GroupState::makeMediumContext(const RayList& list, uint32_t programInde
   ContextHost& h = ContextHost::of(c);
   h.program = &program;
   SurfacesArgs s = placesOf(list, list.hits.t, c);
+  s.linkSet = h.state.linkSet;
   s.outT = arena_.make<float>(s.n);
   s.outTime = arena_.make<float>(s.n);
   s.outOrigin = arena_.make<uint32_t>(s.n);
@@ -359,7 +360,7 @@ Context* GroupState::startInSpace(const RayList& list, uint32_t traits, uint32_t
     side[i] = outer[i] = 1.f;
     reach[i] = t[s];
     origin[i] = list.origin[s];
-    if (h.state.linkSet) h.state.linkSet[i] = 0;  // a medium is lit by all lights
+    if (h.state.linkSet) h.state.linkSet[i] = 0;  // all lights
     if (h.state.traceSet) h.state.traceSet[i] = 0;
     if (h.state.bounces) h.state.bounces[i] = from.left.bounces[s] + 1;
     if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;

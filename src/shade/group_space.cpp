@@ -448,7 +448,10 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
     for (int c = 0; c < 3; ++c) T[c][i] = host.absorbed[c] ? host.absorbed[c][l->slot[i]] : 1.f;
   if (world_.space) {
     RayList& rays = *makeRays(n);
-    uint32_t* entries = arena_.make<uint32_t>(room);
+    // What light samples might have found has lost what they would have: the same to whoever asks. Mirrors see light
+    // as they see everything.
+    const bool areShadows = world_.space->areShadowsOthers && host.kind != RayKind::Camera;
+    uint32_t *entries = arena_.make<uint32_t>(room), *shadows = arena_.make<uint32_t>(room), m = 0, k = 0;
     for (uint32_t i = 0; i < n; ++i) {
       const uint32_t s = l->slot[i];
       for (int c = 0; c < 3; ++c) {
@@ -462,12 +465,19 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
       rays.sampleSeed[i] = list.sampleSeed[s];
       rays.sampleIndex[i] = mixedSeed(list.sampleIndex[s], l->light[i]);
       if (const uint32_t* b = host.left.bounces) ListHost::of(rays).left.bounces[i] = b[s];
-      entries[i] = i;
+      if (areShadows && !(list.origin[s] & kFromDiscrete))
+        shadows[k++] = i;
+      else
+        entries[m++] = i;
     }
-    const uint32_t visibility =
-        host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect);
-    thinOut(rays.rays, rays.rays.tMax, visibility, rays.sampleSeed, rays.sampleIndex, ListHost::of(rays).left.bounces,
-            0x10000, n, entries, T);
+    const auto thin = [&](uint32_t visibility, uint32_t count, const uint32_t* which) {
+      if (count)
+        thinOut(rays.rays, rays.rays.tMax, visibility, rays.sampleSeed, rays.sampleIndex,
+                ListHost::of(rays).left.bounces, 0x10000, count, which, T);
+    };
+    thin(host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect), m,
+         entries);
+    thin(trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, k, shadows);
   }
   for (int c = 0; c < 3; ++c) {
     for (uint32_t i = 0; i < n; ++i) radiance[c][i] = l->radiance[c][i] * T[c][i];

@@ -17,8 +17,8 @@ struct Record {
   uint32_t instance, geometry, primitive, level;
   uint32_t seed, index;
   uint32_t linkSet,
-      media;     // media: in the world's archive; linkSet: of points of media, whose lights are all, how often
-                 // light was scattered before
+      media;     // media: in the world's archive; linkSet: of points of media, whose objects know their lights, how
+                 // often light was scattered before
   uint32_t how;  // bits from 0: traits, from 9: kind of ray, from 11: RayOrigin, from 14: depth
 };
 static_assert(sizeof(Record) == sizeof(VertexRecord));

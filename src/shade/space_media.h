@@ -58,8 +58,9 @@ struct SpaceMedia {
   std::unordered_map<uint32_t, uint32_t> ofInstance;  // SpaceMedium::instance -> index
   std::shared_ptr<const trace::World> boundaries;     // Instance::user: index
   bool mayEmit = false;
-  bool isSimilar = false;  // some medium's extinction depends on how often light was scattered
-  uint64_t serial = 0;     // each has its own, in a run of the program
+  bool areShadowsOthers = false;  // some medium is known to shadow rays alone, or to the rays of paths alone
+  bool isSimilar = false;         // some medium's extinction depends on how often light was scattered
+  uint64_t serial = 0;            // each has its own, in a run of the program
 };
 
 // Makes an entry's hit the point of a medium at that distance.

@@ -109,15 +109,22 @@ inline TileMoments extrapolated(Workshop& stage, const std::string& text, bool c
   return extrapolated(stage, text, method, radius, firstSeed, seeds);
 }
 
+// The connections of PxrVCM, which the other expectations below have too.
+inline Pictures expectConnectedAlike(Workshop& stage, const std::string& text, double sharpness,
+                                     uint32_t seeds = 24) {
+  const Pictures reference = renderAll(stage, text, pathTracer(), 1000, seeds);
+  EXPECT_GT(reference.at("Ci").mean(), 0.01) << stage.said;
+  EXPECT_GT(reference.at("indirect").mean(), 0.001);
+  expectEqual(renderAll(stage, text, vcm(true, false), 2000, seeds), reference, "connections", sharpness);
+  return reference;
+}
+
 // With all sets of techniques. `sharpness`: the relative standard error that a tile of Ci may have, on average. Radii of
 // merging are half a pixel and less: at edges of what moves the blur is no square of the radius before.
 inline void expectSamePicture(const std::string& text, double sharpness, uint32_t seeds = 24) {
   constexpr double kRadius = 0.5;
   Workshop stage;
-  const Pictures reference = renderAll(stage, text, pathTracer(), 1000, seeds);
-  EXPECT_GT(reference.at("Ci").mean(), 0.01) << stage.said;
-  EXPECT_GT(reference.at("indirect").mean(), 0.001);
-  expectEqual(renderAll(stage, text, vcm(true, false), 2000, seeds), reference, "connections", sharpness);
+  const Pictures reference = expectConnectedAlike(stage, text, sharpness, seeds);
   expectEqual(renderAll(stage, text, vcm(false, false), 3000, seeds), reference, "camera paths alone", sharpness);
   for (const bool connects : {true, false}) {
     const TileMoments& all = reference.at("Ci");

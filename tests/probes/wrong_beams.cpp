@@ -1,5 +1,5 @@
 // PxrVCM with beams in media alone, beside light that is met by chance; with a share of theirs that leaves the sine out
-// (vcm::Options::withoutSine) vcm_media_test.cpp must notice.
+// (vcm::Options::withoutSine) vcm_media_test.cpp must notice. And connections without what media let through in theirs.
 #define KINORA_STOCK_PLUGIN
 #define KINORA_KERNEL_FILE "tests/probes/wrong_beams.cpp"
 #include <kinora/integrator_author.h>
@@ -11,7 +11,9 @@ namespace kinora::wrongBeams {
 enum : uint32_t { kMediaRadius, kIsWrong };
 constexpr Param kParams[] = {
     param::number("mediaRadius", 2.f).range(0.01f, 1000).help("As of PxrVCM; all passes have it."),
-    param::integer("isWrong", 0).range(0, 1).help("1: leaves the sine out of the share."),
+    param::integer("isWrong", 0)
+        .range(0, 2)
+        .help("1: beams leave the sine out of their share; 2: connections, in place of beams, the transmittance."),
 };
 struct Data : vcm::Options {
   explicit Data(const CreateInfo& info) {
@@ -22,7 +24,12 @@ struct Data : vcm::Options {
     mediaRadius = info.number(kMediaRadius);
     mediaReduce = 1;
     clampLuminance = 1e30f;
-    withoutSine = info.integer(kIsWrong) != 0;
+    withoutSine = info.integer(kIsWrong) == 1;
+    if (info.integer(kIsWrong) == 2) {
+      lightSamples = 1;
+      connects = withoutEdge = true;
+      beams = false;
+    }
   }
 };
 inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {

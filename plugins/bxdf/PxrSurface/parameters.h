@@ -254,7 +254,9 @@ constexpr Param kParams[] = {
         .help(PXRSURFACE_LATER "Reflection and refraction by their gains alone."),
     param::integer("ignoreAccumOpacity", 0).range(0, 1).help(PXRSURFACE_LATER "Opacity met so far does not count."),
     param::integer("blocksVolumes", 0).range(0, 1).help(PXRSURFACE_LATER "Volumes end at this surface."),
-    param::string("volumeAggregateName", "").help(PXRSURFACE_LATER "Volumes that the inside belongs to."),
+    param::string("volumeAggregateName", "")
+        .help("Volumes that are inside: those in the aggregate of this name are there, whatever the integrator asks "
+              "for; they are not cut off where the surface ends."),
     param::color("ssAlbedo", 0.f)
         .help("Share of the extinction that is scattered, not absorbed: where it is set the inside of glass is a "
               "medium, as "

@@ -74,14 +74,10 @@ constexpr Param kParams[] = {
         .range(1, 64)
         .help("No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
               "pixel."),
-    param::string("volumeAggregate", "globalVolumeAggregate")
-        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
-    param::string("volumeAggregateCamera", "")
-        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
-    param::string("volumeAggregateIndirect", "")
-        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
-    param::string("volumeAggregateTransmission", "")
-        .help("No effect: all media that rays of a kind may see, by Attribute \"visibility\", add up."),
+    pathParameters::kVolumeAggregate,
+    pathParameters::kVolumeAggregateCamera,
+    pathParameters::kVolumeAggregateIndirect,
+    pathParameters::kVolumeAggregateTransmission,
     param::integer("learnLights", 0)
         .range(0, 1)
         .options("0 off, 1 on")

@@ -124,6 +124,8 @@ constexpr Param kParams[] = {
     param::integer("suppressNaNs", 0)
         .range(0, 1)
         .help("No effect: samples that are no numbers are always left out and told of."),
+    pathParameters::kVolumeAggregate,
+    pathParameters::kKeptPaths,
     param::integer("useTraceDepth", 0)
         .range(0, 1)
         .help("No effect: bounces are counted by maxIndirectBounces, for all objects and lobes alike."),
@@ -166,6 +168,7 @@ struct Data {
     const int learned = v.integer("indirectTrainingSamples");
     if (learned > 0) forward.guiding.samples = uint32_t(std::min(learned, 4096));
     from::mergeMedia(v, both);
+    both.kept = from::within(v, from::kKeptPaths);
     if (!both.merges) both.mergesMedia = both.beams = false;
     both.roulette = {depth, threshold};
     both.rouletteOfLight = from::rouletteOfLight(from::count(info, kRouletteLightDepth, 1, 100000), threshold);

@@ -64,6 +64,8 @@ constexpr Param kParams[] = {
     param::number("photonGuiding", 0.f).range(0, 1).help("No effect: light paths are emitted as lights are."),
     param::point("photonGuidingBBoxMin", 1e30f, 1e30f, 1e30f).help("No effect: see photonGuiding."),
     param::point("photonGuidingBBoxMax", -1e30f, -1e30f, -1e30f).help("No effect: see photonGuiding."),
+    pathParameters::kVolumeAggregate,
+    pathParameters::kKeptPaths,
 };
 
 struct Data : vcm::Options {
@@ -79,6 +81,7 @@ struct Data : vcm::Options {
     if (!(radius > 0)) merges = false;
     reduce = from::within(values, kParams[kReduceRadius]);
     from::mergeMedia(values, *this);
+    kept = from::within(values, from::kKeptPaths);
     timeRadius = from::within(values, kParams[kTimeRadius]);
     clampLuminance = from::within(values, kParams[kClampLuminance]);
     roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),

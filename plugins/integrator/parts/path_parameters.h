@@ -76,6 +76,29 @@ inline constexpr Param kReduceMediaRadius =
             "How fast it shrinks: that of sample i (from 1) is i^((reduceMediaRadius - 1) / d) of the first, for "
             "vertices d = 3, for rays with vertices 2, with rays 1; 1 keeps it.");
 
+// The renderer lowers it, by its name, where records do not fit into memory.
+inline constexpr Param kKeptPaths =
+    param::number("keptPaths", 1.f)
+        .range(1e-6f, 1)
+        .help(
+            "Share of light paths that are kept for camera paths to be connected to and merged with: fewer take less "
+            "memory and leave more noise. Where --memory-limit has no room for them, they are fewer than that.");
+
+// Which media rays know of; the renderer reads these four by their names.
+inline constexpr Param kVolumeAggregate =
+    param::string("volumeAggregate", "globalVolumeAggregate")
+        .help(
+            "Volumes that rays know of: those in an aggregate of this name (several: blanks between them), see "
+            "Attribute \"volume\" \"string aggregate\", and those in none.");
+inline constexpr Param kVolumeAggregateCamera =
+    param::string("volumeAggregateCamera", "").help("Instead for rays of the camera; \"\": as volumeAggregate.");
+inline constexpr Param kVolumeAggregateIndirect =
+    param::string("volumeAggregateIndirect", "")
+        .help("Instead for the rays of paths after the camera's; \"\": as volumeAggregate.");
+inline constexpr Param kVolumeAggregateTransmission =
+    param::string("volumeAggregateTransmission", "")
+        .help("Instead for light on its way from a light to what it is sampled at; \"\": as volumeAggregate.");
+
 inline constexpr Param kManifoldWalk =
     param::integer("manifoldWalk", 0)
         .range(0, 2)

@@ -298,6 +298,7 @@ class Beams {
       const Crossing& x = crossing_[at.point[entry]];
       const Beam& b = *x.beam;
       if ((seesLightsAlone && b.verticesBefore) || (b.isPoint() && b.medium != c.place.instance[i])) continue;
+      if (first[i] != kNoLight && !(light.emission(i) > 0)) continue;  // the medium is not linked to it
       const V extinction = V::load(at.extinction, entry);
       const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]};
       const InMedium m =
@@ -355,6 +356,7 @@ class Beams {
     const bool isMet = !(c.traits & kTraitScattersOnce);
     for (uint32_t j = 0; j < n; ++j) {
       const Beam& b = *found[j].beam;
+      if (first[j] != kNoLight && !(light.emission(j) > 0)) continue;  // the medium is not linked to it
       const float sine = Neighbourhoods<W>::sineOf(V::load(c.wo, i), V::load(wi, j)).lane0();
       const float last = o_.samplesLight(c.depth + b.verticesBefore) ? side.last(b, s[j], j) : 0.f;
       const float w = share(sums_[slot], last, side.before(b, j, isMet), e.pdf[j], e.pdfReverse[j], m.cylinder,

@@ -190,7 +190,7 @@ class Vcm {
         Float<1> u, unused;
         draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
               dimensionAt(0) + kDimUser, u, unused);
-        vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, u.lane0());
+        vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, o_.kept, u.lane0());
       }
       const bool merged = near_.isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {
@@ -578,7 +578,7 @@ class Vcm {
                                               at.get(ends_.cosine),
                                               at.get(ends_.reverse),
                                               at.get(ends_.through)},
-                                             F::load(through + i));
+                                             o_.withoutEdge ? F(1.f) : F::load(through + i));
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::get(ends_.value, at) *
                                (F(1.f) / (far * far * (F(1.f) + others)));
       // a path has this vertex, the end and those before both

@@ -142,14 +142,14 @@ class Neighbourhoods {
   // them under the wide radii of the first samples, which say little more than a few.
   float shareMerged() const {
     const float pixels = kPi * o_.radius * shrunk_ * o_.radius * shrunk_;
-    return o_.merges ? std::min(1.f, kMergesWanted / pixels) : 1.f;
+    return o_.kept * (o_.merges ? std::min(1.f, kMergesWanted / pixels) : 1.f);
   }
   // A beam as long as the picture's diagonal covers twice its radius times that of it.
   float shareBeams() const {
     if (!o_.beams) return 0;
     const float wide = float(sv_->resolution[0]), high = float(sv_->resolution[1]);
     const float radius = o_.mediaRadius * shrunk(o_.mediaReduce, 1);
-    return std::min(1.f, kBeamsWanted / std::max(2 * radius * std::sqrt(wide * wide + high * high), 1e-6f));
+    return o_.kept * std::min(1.f, kBeamsWanted / std::max(2 * radius * std::sqrt(wide * wide + high * high), 1e-6f));
   }
   float drawn(uint32_t slot) const {
     Float<1> unused, v;

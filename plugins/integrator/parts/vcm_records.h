@@ -21,11 +21,13 @@ struct Options {
   bool beams = false;         // and beams there: of light paths with camera paths' vertices and rays
   float mediaRadius = 5;      // of both, as `radius`; sample i has i^((mediaReduce - 1) / dimension) of it
   float mediaReduce = 0.67f;
+  float kept = 1;                      // share of light paths that leave anything for camera paths to find
   float timeRadius = 1;                // farthest distance in time of merged vertices, of the shutter's opening
   uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
   float clampLuminance = 10;           // largest luminance of one contribution there
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
   bool withoutSine = false;            // for tests: rays that cross beams leave the angle out of their own share
+  bool withoutEdge = false;            // for tests: connections leave out of theirs what media let through
   bool mergesAny() const { return merges || mergesMedia; }
   bool hasLightPaths() const { return connects || mergesAny() || beams; }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
@@ -63,10 +65,12 @@ inline uint32_t lists(const Options& o, RecordList* out) {
 inline constexpr uint32_t kConnected = 2;
 
 // Draws them, each with a probability in proportion to what it carries and to how many vertices of camera paths it may
-// be connected to; at most 1. u: random.
-inline void drawEnds(Stored* path, uint32_t count, uint32_t bounces, float u) {
+// be connected to; at most 1. u: random. kept: share of paths that any are drawn of.
+inline void drawEnds(Stored* path, uint32_t count, uint32_t bounces, float kept, float u) {
+  if (!(u < kept)) return;
+  u = std::min(u / kept, 0x1.fffffep-1f);
   if (count <= kConnected) {
-    for (uint32_t v = 0; v < count; ++v) path[v].probability = 1;
+    for (uint32_t v = 0; v < count; ++v) path[v].probability = kept;
     return;
   }
   float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
@@ -89,7 +93,7 @@ inline void drawEnds(Stored* path, uint32_t count, uint32_t bounces, float u) {
     const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
     upTo += p;
     if (!(p > 0 && u + float(n) < upTo)) continue;
-    path[v].probability = p;
+    path[v].probability = p * kept;
     ++n;
   }
 }
