@@ -282,6 +282,10 @@ void Interpreter::objectInstance(Request& r) {
     ++outsideWorld_;
     return;
   }
+  if (lightingObjects_.contains(it->second)) {
+    saysLights_ = true;
+    if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
+  }
   scene::Instance i;
   i.id = nextId_++;
   i.prototype = it->second;
