@@ -32,6 +32,9 @@ struct Manifold {
   // Of the first two components of q, along the surface, render space: vectors of change per unit of length. Made
   // where kWantGradients is asked for; no components: unknown. They lie near the surface, not exactly in it.
   Value gradient[2];
+  // Two half diameters of the footprint in units of the first two components of q, see ContextFunctions::ellipses.
+  // No components: circles of `radius`, as for whoever knows nothing of them.
+  Value axis[2];
 };
 
 // Built-in variables beyond those held directly; computed on first use, cached for the context.
@@ -96,9 +99,11 @@ struct ContextFunctions {
   // units of the primvar. Point, vector and normal primvars arrive in render space.
   Value (*primvar)(const Context*, const char* name, Value* radius);
   // Filtered texture lookups at n points. handles as given by param(); s, t and radius in texture space (t down);
-  // options fixed for the context. Writes 3 + 1 channels; missing files give missingColor / missingAlpha.
+  // options fixed for the context. axes: null, or s and t of a half diameter of each footprint and of another,
+  // conjugate one (ellipses()); a point where all four are 0 is looked up by its radius, as all are without. Writes
+  // 3 + 1 channels; missing files give missingColor / missingAlpha.
   void (*texture)(const Context*, const Value* handles, const float* s, const float* t, const float* radius,
-                  const struct TextureOptions* options, float* const rgba[4]);
+                  const float* const axes[4], const struct TextureOptions* options, float* const rgba[4]);
   // The matrix from `from` to `to`: "render", "world", "object" (each point's own, at the middle of the shutter),
   // "camera", or a named coordinate system. 0 when unknown (identity is returned).
   int (*matrix)(const Context*, const char* from, const char* to, MatrixValue* out);
@@ -110,6 +115,11 @@ struct ContextFunctions {
   // world (the testing kit), and where the context belongs to a surface that a pattern's ray asks whether it is
   // present. The pattern then answers as if its rays had met nothing.
   int (*probe)(const Context*, const struct ProbeRays*);
+  // Footprints of camera paths and of what mirrors show are ellipses on a surface that is seen at an angle: as wide as
+  // the path, and longer the other way. Two conjugate half diameters in units of the first two components of a primvar
+  // (null: of Builtin::St), which are 0 where the footprint is a circle: at points that a wider path has found. 0, and
+  // the axes are left alone, where all are, or the scene has no primvar of that name.
+  int (*ellipses)(const Context*, const char* primvar, Value axes[2]);
 };
 
 // Rays from points of a context, in any number of each. They see what rays that leave the points see

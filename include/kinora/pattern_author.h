@@ -120,6 +120,51 @@ inline Value constantValue(const Context& c, uint32_t count, const float* number
   return v;
 }
 
+// The elliptical footprints of lookups at a manifold, or at the texture coordinates where none is connected, for
+// ContextFunctions::texture: begin, store each chunk of points, then axes().
+class LookupEllipses {
+ public:
+  // param: the manifold. flipsT: the lookup takes 1 - t.
+  LookupEllipses(const Context& c, uint32_t param, bool flipsT) : flipsT_(flipsT) {
+    if (const Manifold* m = c.fn->manifold(&c, param)) {
+      in_[0] = m->axis[0];
+      in_[1] = m->axis[1];
+    } else if (!c.fn->ellipses(&c, nullptr, in_)) {
+      return;
+    }
+    has_ = in_[0].components > 1 && in_[1].components > 1;
+    for (uint32_t k = 0; has_ && k < 4; ++k) axes_[k] = c.alloc<float>(c.padded);
+  }
+  // Scaled, then widened by `blur` and to `least` on all sides, as the parameters of lookups ask.
+  template <int W>
+  KN_INLINE void store(uint32_t i, Float<W> scale, Float<W> blur, Float<W> least) const {
+    using F = Float<W>;
+    if (!has_) return;
+    const At at{i, false};
+    F s[2], t[2], length[2];
+    for (uint32_t k = 0; k < 2; ++k) {
+      s[k] = loadComponent<W>(in_[k], 0, at);
+      t[k] = loadComponent<W>(in_[k], 1, at);
+      length[k] = sqrt(s[k] * s[k] + t[k] * t[k]);
+    }
+    for (uint32_t k = 0; k < 2; ++k) {
+      const F wanted = max(fma(length[k], scale, blur), least);
+      // an axis without length is widened across the other one; circles stay what they are
+      const Mask<W> is = length[k] > F(0.f), isOther = length[1 - k] > F(0.f);
+      const F l = select(is, length[k], select(isOther, length[1 - k], F(1.f)));
+      const F x = select(is, s[k], F(0.f) - t[1 - k]), y = select(is, t[k], s[1 - k]);
+      (x * wanted / l).store(axes_[2 * k] + i);
+      (y * (flipsT_ ? F(0.f) - wanted : wanted) / l).store(axes_[2 * k + 1] + i);
+    }
+  }
+  const float* const* axes() const { return has_ ? axes_ : nullptr; }
+
+ private:
+  Value in_[2];
+  float* axes_[4] = {};
+  bool flipsT_, has_ = false;
+};
+
 // `B` has `template <int W> static void compute(const Context*, const PatternArgs*)`, or is a pointwise node (below).
 template <class B>
 struct PointwiseRunner;

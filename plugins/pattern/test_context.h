@@ -52,6 +52,12 @@ class TestContext {
     m.dimensions = uint32_t(q.size());
     manifolds_[index(name)] = m;
   }
+  // Half diameters of footprints: of a manifold that was set, or ("") of the texture coordinates.
+  void setEllipses(const std::string& manifold, const Numbers& first, const Numbers& second) {
+    Value* const to = manifold.empty() ? ellipses_ : manifolds_[index(manifold)].axis;
+    to[0] = value(first);
+    to[1] = value(second);
+  }
   void setBuiltin(Builtin b, const Numbers& v) { builtins_[b] = value(v); }
   void setPrimvar(const std::string& name, const Numbers& v, float radius = 0) {
     primvars_[name] = {value(v), value({{radius}})};
@@ -64,8 +70,10 @@ class TestContext {
     for (uint32_t k = 0; k < 3; ++k) place[k] = keep(v[k]);
   }
   std::function<void(int handle, float s, float t, float radius, const TextureOptions&, float rgba[4])> onTexture;
+  // What the last lookup was asked with, by axis and point; none: circles.
+  std::vector<float> axesAsked[4];
   std::function<float(const ProbeRays&, uint32_t ray)> onProbe;  // its distance
-  std::map<std::string, std::vector<float>> matrices;  // "from>to"
+  std::map<std::string, std::vector<float>> matrices;            // "from>to"
 
   // Runs the pattern; false when this CPU lacks the width.
   bool run(uint32_t width) {
@@ -173,7 +181,11 @@ class TestContext {
     return it->second.first;
   }
   static void texture(const Context* c, const Value* handles, const float* s, const float* t, const float* radius,
-                      const TextureOptions* o, float* const rgba[4]) {
+                      const float* const axes[4], const TextureOptions* o, float* const rgba[4]) {
+    for (int k = 0; k < 4; ++k) {
+      self(c).axesAsked[k].clear();
+      if (axes) self(c).axesAsked[k].assign(axes[k], axes[k] + c->padded);
+    }
     for (uint32_t i = 0; i < c->count; ++i) {
       int h = 0;
       std::memcpy(&h, &handles->data[0][handles->stride ? i : 0], sizeof h);
@@ -203,8 +215,14 @@ class TestContext {
     for (uint32_t i = 0; i < rays->count; ++i) rays->t[i] = self(c).onProbe(*rays, i);
     return 1;
   }
-  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,     &list, &builtin,
-                                               &primvar, &texture, &matrix,   &gradient, &probe};
+  static int ellipses(const Context* c, const char* name, Value axes[2]) {
+    if (name || !self(c).ellipses_[0].components) return 0;
+    axes[0] = self(c).ellipses_[0];
+    axes[1] = self(c).ellipses_[1];
+    return 1;
+  }
+  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,     &list,  &builtin,
+                                               &primvar, &texture, &matrix,   &gradient, &probe, &ellipses};
 
   const Descriptor* descriptor_ = nullptr;
   std::deque<std::vector<float>> kept_;
@@ -216,6 +234,7 @@ class TestContext {
   std::map<Builtin, Value> builtins_;
   std::map<std::string, std::pair<Value, Value>> primvars_;
   std::map<std::pair<std::string, uint32_t>, Value> gradients_;
+  Value ellipses_[2];
   std::vector<std::string> names_;
   std::vector<Value> outputs_;
   std::vector<Manifold> manifoldsOut_;

@@ -314,6 +314,10 @@ void Interpreter::objectInstance(Request& r) {
     report(Severity::Warning, "RIB-INSTANCE-VALUES", r.pos,
            "ObjectInstance has parameters of its own, and instances take none", "they are ignored",
            "Attribute \"user\" before it and the pattern PxrAttribute tell instances apart");
+  if (lightingObjects_.contains(it->second)) {
+    saysLights_ = true;
+    if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
+  }
   scene::Instance i;
   i.prototype = it->second;
   i.toWorld = state_.ctm;

@@ -16,6 +16,7 @@
 #include "base/memory.h"
 #include "rib/declarations.h"
 #include "rib/lexer.h"
+#include "rib/light_scan.h"
 #include "rib/reader.h"
 #include "rib/request.h"
 #include "scene/procedural.h"
@@ -290,6 +291,9 @@ class Interpreter {
   };
   // False where it must be read now: its bound is none, or what it says belongs to what is open around it.
   bool delay(const Delayed& what, const Request& r);
+  // Whether an archive, or one that it reads, says a light. Files without the word are not interpreted.
+  bool holdsLights(const DelayedArchive& archive, const scene::Primitive& as, const std::string& name,
+                   const Request& r);
   std::shared_ptr<const Surroundings> surroundings();
   const Digest& digestOf(const std::shared_ptr<NodeMap>& nodes);
   // Takes over objects of archives that wait, one archive after the other, until one of this name is known; false: none
@@ -363,6 +367,15 @@ class Interpreter {
   std::unordered_map<const NodeMap*, std::pair<std::shared_ptr<const NodeMap>, Digest>> nodeDigests_;
   size_t lookedInto_ = 0;                             // primitives of the world that findInDelayed() is done with
   std::shared_ptr<const Surroundings> surroundings_;  // as they are now; null: not made
+  // Lights in archives that would wait. What was found is kept by file for the whole description; null: nobody looks.
+  struct LightSearch {
+    std::unordered_map<std::string, Mentions> mentions;
+    std::map<std::pair<std::string, Digest>, bool> has;  // by file, and what its surroundings may add
+  };
+  std::shared_ptr<LightSearch> lightSearch_ = std::make_shared<LightSearch>();
+  bool onlyLooks_ = false;              // for lights: what would wait without one is passed
+  bool saysLights_ = false;             // a light was met, or an instance of an object that has one
+  std::set<uint32_t> lightingObjects_;  // places in prototypes_ of those that have one
 
   std::set<std::string> keptNames_, unknownNames_;
   std::set<scene::NodePtr> lateReported_;

@@ -19,12 +19,12 @@ constexpr Explanation kExplanations[] = {
      "zones (UNC) where TO is a folder of this machine. --dirmap FROM=TO of the command line comes first."},
     {"RIB-DIRECTORY", "A directory was named where a RIB file was expected. Name the file inside it."},
     {"RIB-PROCEDURAL-LIGHT",
-     "A delayed archive (Procedural \"DelayedReadArchive\" and its like) with a finite bound is read when a ray "
-     "first "
-     "reaches the bound. Which lights there are has to be known before the first ray, so lights in it are left out. "
-     "ReadArchive reads it at once, and so does Attribute \"procedural\" \"int immediatesubdivide\" [1] before it, "
-     "or a "
-     "bound without end."},
+     "What a program prints (Procedural \"RunProgram\") is known when a ray first reaches its bound. Which lights "
+     "there are has to be known before the first ray, so lights in it are left out. Attribute \"procedural\" \"int "
+     "immediatesubdivide\" [1] before it, or a bound without end, has it run with the scene. Archives are searched "
+     "for lights while the scene is read, and those that hold some are read with it; one that changes between the "
+     "two "
+     "is treated as a program."},
     {"RIB-EMPTY",
      "A file was opened and holds no request at all: it is empty, holds only comments, or is not RIB. Often an "
      "exporter failed and "

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "rib/byte_source.h"
 #include "rib/interpreter.h"
 #include "scene/digests.h"
 
@@ -98,13 +99,13 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     for (auto& [name, path] : out.files) name = way + name;
     if (!world) return out;
     if (const size_t lights = world->lights.size() + world->classicLights.size())
-      in.report(
-          Severity::Error, "RIB-PROCEDURAL-LIGHT",
-          world->lights.empty() ? world->classicLights[0].node->pos : world->lights[0].node->pos,
-          "'" + what_.data[0].substr(0, 200) + "' holds " + std::to_string(lights) +
-              (lights == 1 ? " light" : " lights") + ", and is read when a ray first reaches its bound",
-          "they are left out: which lights there are is known before the first ray",
-          "ReadArchive, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before it, reads it at once");
+      in.report(Severity::Error, "RIB-PROCEDURAL-LIGHT",
+                world->lights.empty() ? world->classicLights[0].node->pos : world->lights[0].node->pos,
+                "'" + what_.data[0].substr(0, 200) + "' says " + std::to_string(lights) +
+                    (lights == 1 ? " light" : " lights") + " once a ray has reached its bound",
+                "they are left out: which lights there are is known before the first ray",
+                "an archive in place of a program, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before "
+                "it, reads it at once");
     out.primitives = std::move(world->primitives);
     out.instances = std::move(world->instances);
     out.solids = std::move(world->solids);
@@ -112,6 +113,22 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
         objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
     if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
     return out;
+  }
+
+  // With nothing kept of what it says. Programs are not run for that.
+  bool saysLights(const Interpreter& of, const scene::Primitive& as) const {
+    Diagnostics unheard([](const std::string&, Severity) {});  // it says it all once it is read for itself
+    ReadOptions options = around_->read;
+    options.checkOnly = true;
+    options.allowExec = false;
+    Interpreter in(unheard, options, {});
+    prepare(in, as);
+    in.archiveReads_ = std::make_shared<std::atomic<int>>(0);
+    in.lightSearch_ = of.lightSearch_;
+    in.lightingObjects_ = of.lightingObjects_;
+    in.onlyLooks_ = true;
+    read(in);
+    return in.saysLights_;
   }
 
   // Its objects, and those of what is nested in it, become those of `to`. Programs are not run for that.
@@ -178,7 +195,8 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     in.state_ = state_;
     in.state_.ctm = as.toWorld;
     in.state_.attributes = std::make_shared<scene::Attributes>(*as.attributes);
-    in.nextId_ = 0x40000000;  // lights of it are nobody's, and not those outside of its attributes
+    in.lightSearch_ = nullptr;  // whoever asked for it has looked
+    in.nextId_ = 0x40000000;    // lights of it are nobody's, and not those outside of its attributes
     Block block{};
     block.kind = BlockKind::World;
     block.pos = pos_;
@@ -251,10 +269,26 @@ bool Interpreter::findInDelayed(const std::string& handle) {
   return false;
 }
 
+bool Interpreter::holdsLights(const DelayedArchive& archive, const scene::Primitive& as, const std::string& name,
+                              const Request& r) {
+  const std::string file = findArchive(name, r.pos.file ? *r.pos.file : std::string());
+  if (file.empty()) return false;  // a message once it is met
+  const auto [known, isNew] = lightSearch_->mentions.try_emplace(file);
+  std::string why;
+  if (isNew)
+    if (const auto source = openFile(file, why)) known->second = mentionsIn(*source);
+  const Mentions m = known->second;
+  if (!m.lights && !m.archives && !(m.objects && !lightingObjects_.empty())) return false;
+  if (m.conditions || (m.objects && !lightingObjects_.empty())) return archive.saysLights(*this, as);
+  const auto key = std::make_pair(file, surroundings()->said);
+  if (const auto it = lightSearch_->has.find(key); it != lightSearch_->has.end()) return it->second;
+  return lightSearch_->has[key] = archive.saysLights(*this, as);
+}
+
 bool Interpreter::delay(const Delayed& what, const Request& r) {
   // An object, a solid or a light has what stands in it at once; an inline archive is in memory already.
-  if (!read_.delaysProcedurals || read_.checkOnly || !world_ || !openObjects_.empty() || solid_ || state_.emitter ||
-      inMotion_ || inlineArchives_.contains(what.data[0]) ||
+  if (!read_.delaysProcedurals || (read_.checkOnly && !onlyLooks_) || !world_ || !openObjects_.empty() || solid_ ||
+      state_.emitter || inMotion_ || inlineArchives_.contains(what.data[0]) ||
       std::as_const(*state_.attributes).getInt("procedural:immediatesubdivide", 0))
     return false;
   scene::Primitive p;
@@ -289,6 +323,13 @@ bool Interpreter::delay(const Delayed& what, const Request& r) {
   std::get<scene::OtherPrimitive>(p.shape).args.set(std::move(around));
   source->ancestors = ancestors_;
   for (const Source& open : sources_) source->ancestors.push_back(open.identity);
+  if (lightSearch_ && what.kind != "RunProgram") {
+    scene::Primitive as = p;
+    as.toWorld = state_.ctm;
+    as.attributes = attributesInUse();
+    if (holdsLights(*source, as, what.data[0], r)) return false;
+  }
+  if (onlyLooks_) return true;
   if (!procedurals_) procedurals_ = std::make_shared<scene::ProceduralSources>();
   (*procedurals_)[nextId_] = std::move(source);  // the id that emit() gives it
   emit(std::move(p));

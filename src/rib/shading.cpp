@@ -202,12 +202,14 @@ void Interpreter::addLight(scene::Light l) {
     world_->lights.push_back(std::move(l));
   } else {
     prototypes_[openObjects_.back()].lights.push_back(std::move(l));
+    lightingObjects_.insert(openObjects_.back());
   }
 }
 
 void Interpreter::light(Request& r) {
   auto n = node(r, true);
   if (!n) return;
+  saysLights_ = true;
   remember(n);
   scene::Light l;
   l.node = n;
@@ -249,6 +251,7 @@ void Interpreter::classicShader(Request& r) {
 void Interpreter::lightSource(Request& r) {
   auto n = node(r, true, Use::Classic);
   if (!n) return;
+  saysLights_ = true;
   remember(n);
   scene::Light l;
   l.node = std::move(n);
@@ -260,6 +263,7 @@ void Interpreter::lightSource(Request& r) {
 void Interpreter::areaLightSource(Request& r) {
   auto n = node(r, true, Use::Classic);
   if (!n) return;
+  saysLights_ = saysLights_ || !n->plugin.empty();
   remember(n);
   auto l = std::make_shared<scene::Light>();
   l->node = std::move(n);

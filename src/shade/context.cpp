@@ -90,6 +90,12 @@ uint32_t list(const Context* c, uint32_t index, const float** numbers) {
   return uint32_t(l.size());
 }
 
+const Slopes& slopesOfSt(const Context* c) {
+  ContextHost& h = ContextHost::of(c);
+  if (!h.st.value[0]) h.st = h.surface.slopes({SlopeSource::What::St}, 2);
+  return h.st;
+}
+
 Value builtin(const Context* c, Builtin id) {
   ContextHost& h = ContextHost::of(c);
   if (h.haveBuiltin[size_t(id)]) return h.builtins[size_t(id)];
@@ -113,7 +119,7 @@ Value builtin(const Context* c, Builtin id) {
     }
     case Builtin::St:
     case Builtin::StRadius: {
-      const Slopes st = surface.slopes({SlopeSource::What::St}, 2);
+      const Slopes& st = slopesOfSt(c);
       float* r = floats(c);
       k.footprints(n, c->radius, surface.edge(0), surface.edge(1), st, r);
       keep(Builtin::St, {st.value[0], st.value[1]});
@@ -145,7 +151,7 @@ Value builtin(const Context* c, Builtin id) {
     }
     case Builtin::Tangent: {
       float* t[3] = {floats(c), floats(c), floats(c)};
-      k.derivatives(n, surface.edge(0), surface.edge(1), surface.slopes({SlopeSource::What::St}, 2), t, nullptr);
+      k.derivatives(n, surface.edge(0), surface.edge(1), slopesOfSt(c), t, nullptr);
       k.across(n, c->N, t);
       keep(Builtin::Tangent, {t[0], t[1], t[2]});
       break;
@@ -322,10 +328,51 @@ Value primvar(const Context* c, const char* name, Value* radius) {
 }
 
 void texture(const Context* c, const Value* handles, const float* s, const float* t, const float* radius,
-             const TextureOptions* options, float* const rgba[4]) {
+             const float* const axes[4], const TextureOptions* options, float* const rgba[4]) {
   ContextHost& h = ContextHost::of(c);
   h.group->world().textures->lookup(reinterpret_cast<const int32_t*>(handles->data[0]), handles->stride != 0,
-                                    c->padded, s, t, radius, *options, rgba);
+                                    c->padded, s, t, radius, *options, rgba, axes);
+}
+
+// What displaces a surface is looked up by circles: neighbours have to agree on each of its points.
+int ellipses(const Context* c, const char* name, Value axes[2]) {
+  ContextHost& h = ContextHost::of(c);
+  if (c->traits & (kTraitLightPath | kTraitInSpace) || h.rayKind == RayKind::Transmission || !h.program ||
+      h.program->displacement || h.program->isMovedByShader)
+    return 0;
+  bool isNarrow = false;
+  for (uint32_t i = 0; i < c->count && !isNarrow; ++i) isNarrow = c->spread[i] <= kNarrowSpread;
+  if (!isNarrow) return 0;
+  SurfacePoints& surface = h.surface;
+  const geometry::Primvar* const* of = nullptr;
+  Implied implied = Implied::None;
+  if (name) {
+    const ShadingWorld& world = h.group->world();
+    const auto known = world.primvarWidths.find(std::string_view(name));
+    if (known == world.primvarWidths.end() || known->second < 2) return 0;
+    of = primvarsOf(c, name);
+    implied = impliedBy(name);
+  }
+  const Slopes st = of ? surface.slopes({SlopeSource::What::Primvar, of, implied}, 2) : slopesOfSt(c);
+  float* out[4];
+  for (float*& x : out) x = floats(c);
+  surface.kernels().ellipses(
+      {c->padded, c->radius, c->spread, c->sampleIndex, c->wo, c->Ng, surface.edge(0), surface.edge(1), st}, out);
+  // thin strands have no long footprints; primvars of other widths are no places in a picture
+  const SurfaceArgs& args = surface.args();
+  for (uint32_t i = 0; (args.strand || of) && i < c->padded; ++i) {
+    const bool isPlace = !of || (of[i] ? of[i]->width : widthOf(implied)) == 2;
+    if (isPlace && !(args.strand && args.strand[i])) continue;
+    for (float* x : out) x[i] = 0;
+  }
+  for (uint32_t k = 0; k < 2; ++k) {
+    axes[k] = Value();
+    axes[k].data[0] = out[2 * k];
+    axes[k].data[1] = out[2 * k + 1];
+    axes[k].stride = 1;
+    axes[k].components = 2;
+  }
+  return 1;
 }
 
 int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
@@ -387,8 +434,7 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
   SurfacePoints& surface = h.surface;
   const geometry::Primvar* const* of = name ? primvarsOf(c, name) : nullptr;
   // as primvar(): a number fills all components
-  const Slopes s = name ? surface.slopes({SlopeSource::What::Primvar, of, implied}, 3)
-                        : surface.slopes({SlopeSource::What::St}, 2);
+  const Slopes s = name ? surface.slopes({SlopeSource::What::Primvar, of, implied}, 3) : slopesOfSt(c);
   const uint32_t k = name ? std::min(component, 2u) : component & 1;
   const float *const *x = surface.edge(0), *const *y = surface.edge(1);
   for (uint32_t i = 0; i < c->padded; ++i) {
@@ -434,7 +480,7 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   node = before;
 }
 
-const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,     &list, &builtin,
-                                         &primvar, &texture, &matrix,   &gradient, &probe};
+const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,     &list,  &builtin,
+                                         &primvar, &texture, &matrix,   &gradient, &probe, &ellipses};
 
 }  // namespace kinora::shade

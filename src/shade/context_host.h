@@ -21,6 +21,7 @@ struct ContextHost {
   bool haveBuiltin[size_t(Builtin::Count)] = {};
   bool computing = false;
   SurfacePoints surface;  // where the points lie on the geometry
+  Slopes st{};            // of Builtin::St, once it was asked for
   // The vertices, by point.
   VertexState state;
   const float* ng[3] = {nullptr, nullptr, nullptr};  // as Hits::ng

@@ -622,6 +622,37 @@ struct Surface {
     }
   }
 
+  static void ellipses(const EllipseArgs& a, float* const axes[4]) {
+    const auto product = [](V p, V q) { return p.x * q.x + p.y * q.y + p.z * q.z; };
+    for (uint32_t i = 0; i < a.n; i += W) {
+      const V x = V::load(a.e1, i), y = V::load(a.e2, i), n = V::load(a.Ng, i), wo = V::load(a.wo, i);
+      const F radius = F::load(a.radius + i), cosine = abs(product(wo, n));
+      const V flat = wo - n * product(wo, n);
+      // seen from above any direction will do
+      const F l2 = product(flat, flat);
+      const Mask<W> isAbove = !(l2 > F(1e-6f));
+      const V other = x - n * product(x, n), far = select(isAbove, other, flat);
+      const V along = far * (F(1.f) / sqrt(max(product(far, far), F(1e-38f))));
+      const V across(n.y * along.z - n.z * along.y, n.z * along.x - n.x * along.z, n.x * along.y - n.y * along.x);
+      const F order = toFloat(Int<W>::load(a.sampleIndex + i));
+      const F stretch = min(F(1.f) / max(cosine, F(1e-6f)), F(kMostStretch)) / sqrt(fma(order, F(0.25f), F(1.f)));
+      const F length = radius * max(stretch, F(1.f));
+      // in units of the edges, by least squares
+      const F g11 = product(x, x), g12 = product(x, y), g22 = product(y, y), det = g11 * g22 - g12 * g12;
+      const Mask<W> good =
+          (F::load(a.spread + i) <= F(kNarrowSpread)) & (radius > F(0.f)) & (det > F(1e-12f) * g11 * g22);
+      const F inverse = F(1.f) / select(good, det, F(1.f));
+      const auto store = [&](V step, F size, float* s, float* t) {
+        const F r1 = product(x, step), r2 = product(y, step), k = size * inverse;
+        const F p = (g22 * r1 - g12 * r2) * k, q = (g11 * r2 - g12 * r1) * k;
+        zeroUnless(good, p * F::load(a.st.d1[0] + i) + q * F::load(a.st.d2[0] + i)).store(s + i);
+        zeroUnless(good, p * F::load(a.st.d1[1] + i) + q * F::load(a.st.d2[1] + i)).store(t + i);
+      };
+      store(across, radius, axes[0], axes[1]);
+      store(along, length, axes[2], axes[3]);
+    }
+  }
+
   static void across(uint32_t n, const float* const N[3], float* const d[3]) {
     for (uint32_t i = 0; i < n; i += W) {
       const V normal = V::load(N, i);
@@ -738,11 +769,11 @@ void Surface<W>::terminatorOffsets(const TerminatorArgs& args) {
 }
 
 template <int W>
-constexpr SurfaceKernels kSurface{
-    &Surface<W>::positions,        &Surface<W>::facets, &Surface<W>::normals,    &Surface<W>::edges,
-    &Surface<W>::slopes,           &Surface<W>::rest,   &Surface<W>::curvatures, &Surface<W>::derivatives,
-    &Surface<W>::footprints,       &Surface<W>::across, &Surface<W>::alongEdges, &Surface<W>::facetSlopes,
-    &Surface<W>::terminatorOffsets};
+constexpr SurfaceKernels kSurface{&Surface<W>::positions,   &Surface<W>::facets,           &Surface<W>::normals,
+                                  &Surface<W>::edges,       &Surface<W>::slopes,           &Surface<W>::rest,
+                                  &Surface<W>::curvatures,  &Surface<W>::derivatives,      &Surface<W>::footprints,
+                                  &Surface<W>::ellipses,    &Surface<W>::across,           &Surface<W>::alongEdges,
+                                  &Surface<W>::facetSlopes, &Surface<W>::terminatorOffsets};
 #if HWY_TARGET == HWY_AVX2
 [[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
 [[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }

@@ -66,6 +66,9 @@ struct SurfaceKernels {
   // Footprints in units of two parameters: by the ratio of areas.
   void (*footprints)(uint32_t n, const float* radius, const float* const e1[3], const float* const e2[3],
                      const Slopes& st, float* out);
+  // Where they are ellipses: half diameters across the direction that the surface is seen from and along it, s and t of
+  // each; 0 at points of wider paths.
+  void (*ellipses)(const struct EllipseArgs& a, float* const axes[4]);
   // Makes d perpendicular to the unit normal and of unit length; where nothing is left any direction across will do.
   void (*across)(uint32_t n, const float* const N[3], float* const d[3]);
   // How far along the edges steps go: step = a e1 + b e2, by least squares; 0 where the edges span no plane.
@@ -78,6 +81,22 @@ struct SurfaceKernels {
   void (*terminatorOffsets)(const struct TerminatorArgs& a);
 };
 const SurfaceKernels& surfaceKernels(uint32_t width);
+
+struct EllipseArgs {
+  uint32_t n;
+  const float *radius, *spread;
+  const uint32_t* sampleIndex;  // in their pixels
+  const float *const *wo, *const *Ng;
+  const float *const *e1, *const *e2;  // edges that the slopes are taken along
+  Slopes st;
+};
+// Paths whose radius grows by no more than that a unit of distance are narrow: those of cameras, and of what they meet
+// by mirrors, glass and sharp reflections. Wider ones are averages over so many directions that the shape of a
+// footprint does not show.
+inline constexpr float kNarrowSpread = 1.f / 64;
+// How many times longer than wide an ellipse is at most. That of sample k of a pixel is shorter than the pixel's by the
+// root of 1 + k / 4: what the first ones blur others resolve, so that noise and blur go together with their number.
+inline constexpr float kMostStretch = 16;
 
 // For GroupState::findTerminatorOffsets: see shadow_terminator.cpp. By point; Ng is changed.
 struct TerminatorArgs {

@@ -258,7 +258,7 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     return found->second.first;
   };
   f.texture = [](const Context* x, const Value*, const float* s, const float* t, const float* radius,
-                 const TextureOptions* o, float* const rgba[4]) {
+                 const float* const*, const TextureOptions* o, float* const rgba[4]) {
     const Impl& self = *static_cast<Impl*>(x->host);
     for (uint32_t i = 0; i < x->padded; ++i) {
       float color[4] = {o->missingColor[0], o->missingColor[1], o->missingColor[2], o->missingAlpha};
@@ -282,6 +282,7 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     if (!name) return s.builtins[uint32_t(component ? Builtin::DPdv : Builtin::DPdu)];
     return s.primvars.contains(std::string_view(name)) ? s.make(3, {0, 0, 0}, false) : Value();
   };
+  f.ellipses = [](const Context*, const char*, Value*) { return 0; };
   c.fn = &f;
   c.host = impl_.get();
 }

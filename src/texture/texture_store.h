@@ -20,7 +20,7 @@ class TextureStore {
   virtual int handle(const std::string& file, const TextureRequest& request) = 0;
   virtual void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
                       const float* radius, const TextureOptions& options, const TextureSystem::Part& part,
-                      float* const rgba[4]) = 0;
+                      float* const rgba[4], const float* const* axes) = 0;
   virtual int channels(int handle) = 0;
   virtual std::string find(const std::string& file, float s, float t) = 0;
   virtual bool fact(const std::string& path, const std::string& name, int count, int* ints, float* floats,

@@ -90,14 +90,15 @@ int TextureSystem::handle(const std::string& file, const TextureRequest& request
 }
 
 void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
-                           const float* radius, const TextureOptions& options, float* const rgba[4]) {
-  lookup(handles, varying, n, s, t, radius, options, Part(), rgba);
+                           const float* radius, const TextureOptions& options, float* const rgba[4],
+                           const float* const* axes) {
+  lookup(handles, varying, n, s, t, radius, options, Part(), rgba, axes);
 }
 void TextureSystem::lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
-                           const float* radius, const TextureOptions& options, const Part& part,
-                           float* const rgba[4]) {
+                           const float* radius, const TextureOptions& options, const Part& part, float* const rgba[4],
+                           const float* const* axes) {
   if (TextureStore* const store = impl_->store)
-    return store->lookup(handles, varying, n, s, t, radius, options, part, rgba);
+    return store->lookup(handles, varying, n, s, t, radius, options, part, rgba, axes);
   // without a store there has been no file
   const texture::MissingColor missing(options);
   for (uint32_t i = 0; i < n; ++i) {

@@ -1,7 +1,7 @@
 // Filtered texture lookups for a group of points, over OpenImageIO's texture system and tile cache (one bounded cache
 // for all files of a world). Called by shade/ for patterns (Context::texture) and by render/ for light maps
 // (Host::image). It deliberately knows no scene: files come as names, problems go to Diagnostics once for each file,
-// and nothing throws. A lookup's value depends on (file, s, t, radius, options) alone: never on threads, on the cache
+// and nothing throws. A lookup's value depends on (file, s, t, footprint, options) alone: never on threads, on the cache
 // or on other points.
 #pragma once
 #include <kinora/context.h>
@@ -69,10 +69,12 @@ class TextureSystem {
   int handle(const std::string& file, const TextureRequest& request);
 
   // n lookups. handles: one for all points, or n of them when `varying`. s, t (down) and radius in texture space,
-  // where the image is the unit square; a footprint of radius r filters about 2r. Writes colour and alpha: files of
-  // one channel are grey, files without alpha have alpha 1.
+  // where the image is the unit square; a footprint of radius r filters about 2r. axes: null, or by point s and t of two
+  // conjugate half diameters of an elliptical footprint, which then counts in place of the radius unless all four are 0 or
+  // some are no numbers: up to 8 probes along the middle half of its longer axis at the level of the shorter one, but for filter 0
+  // (nearest). Writes colour and alpha: files of one channel are grey, files without alpha have alpha 1.
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
-              const TextureOptions& options, float* const rgba[4]);
+              const TextureOptions& options, float* const rgba[4], const float* const* axes = nullptr);
 
   // lookup() of another part of the files: by number, or by name where there is one. mirror: wrap modes 4 of the
   // options.
@@ -81,7 +83,8 @@ class TextureSystem {
     std::string_view name;
   };
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
-              const TextureOptions& options, const Part& part, float* const rgba[4]);
+              const TextureOptions& options, const Part& part, float* const rgba[4],
+              const float* const* axes = nullptr);
   // Channels of a file, of an atlas its first one's; 0: there is none.
   int channels(int handle) const;
   // The file that a name stands for, at a place of an atlas; "" without a message when there is none.

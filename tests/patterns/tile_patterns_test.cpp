@@ -99,6 +99,31 @@ TEST(TilePatterns, Hexagons) {
                 1e-5);
 }
 
+TEST(TilePatterns, FootprintsFollowTheirTiles) {
+  TestContext t("PxrTileManifold", 3);
+  t.setBuiltin(Builtin::St, {{0.2f, 1.3f, 2.4f}, {0.1f, 1.2f, 0.3f}});
+  t.setBuiltin(Builtin::StRadius, {{0.01f}});
+  t.setEllipses("", {{0.1f, 0.f, 0.1f}, {0.2f, 0.f, 0.f}}, {{-0.3f, 0.f, 0.f}, {0.4f, 0.f, 0.3f}});
+  t.set("gridOffset", 0);
+  t.set("groutWidth", 0.5f);
+  t.set("scaleS", 3);
+  for (const int swap : {0, 1})
+    for (const int flip : {0, 1}) {
+      t.set("swapTileST", float(swap));
+      t.set("invertT", float(flip));
+      ASSERT_TRUE(t.run(8));
+      const Manifold& m = t.outManifold("result");
+      ASSERT_EQ(m.axis[0].components, 2u);
+      const float grow = 2, scaled[2][2] = {{0.3f, 0.2f}, {-0.9f, 0.4f}};
+      for (uint32_t k = 0; k < 2; ++k) {
+        EXPECT_NEAR(m.axis[k].data[0][0], grow * scaled[k][swap], 1e-6f);
+        EXPECT_NEAR(m.axis[k].data[1][0], (flip ? -1 : 1) * grow * scaled[k][1 - swap], 1e-6f);
+        EXPECT_EQ(m.axis[k].data[0][1], 0.f) << "a circle";
+        EXPECT_EQ(t.outManifold("resultMulti").axis[k].data[0], m.axis[k].data[0]);
+      }
+    }
+}
+
 TEST(TilePatterns, TexturesAreChosenEvenly) {
   constexpr uint32_t kCells = 4000;
   TestContext t("PxrTileManifold", kCells);

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -483,17 +484,142 @@ TEST(Procedurals, ProgramsAreRunOnceTheyAreMet) {
   EXPECT_FALSE(std::filesystem::exists(touched));
 }
 
-TEST(Procedurals, LightsInThemAreLeftOutAndNamed) {
-  const Folder folder({{"scene.rib", world(delayed("0 0 5", "a.rib"))},
-                       {"a.rib", kBall + "Light \"PxrSphereLight\" \"l\" \"float intensity\" [100]\n"}});
-  const Rendered r = rendered(folder, {});
-  EXPECT_NE(r.said.find("a.rib:3"), std::string::npos) << r.said;
+// Archives with lights, wherever in them these are said, are read with the scene; the others wait.
+TEST(Procedurals, LightsInThemShine) {
+  const std::string light =
+      "AttributeBegin\nTranslate 0 1 -1\nLight \"PxrSphereLight\" \"l\" \"float intensity\" [100]\nAttributeEnd\n";
+  const std::string glows =
+      "AttributeBegin\nLight \"PxrMeshLight\" \"m\" \"float intensity\" [9]\nSphere .1 -.1 .1 360\nAttributeEnd\n";
+  struct Case {
+    const char* name;
+    Files files;
+    uint64_t lights, waiting;
+    std::string before;
+  };
+  const Case cases[] = {
+      {"a light", {{"a.rib", kBall + light}}, 4, 0, ""},
+      {"abutting", {{"a.rib", "Bxdf \"PxrDiffuse\" \"b\"Light \"PxrSphereLight\" \"l\"\n" + kBall}}, 4, 0, ""},
+      {"of a mesh", {{"a.rib", kBall + glows}}, 4, 0, ""},
+      {"classic", {{"a.rib", "LightSource \"pointlight\" 7 \"float intensity\" [20]\n" + kBall}}, 4, 0, ""},
+      {"an area",
+       {{"a.rib", kBall + "AttributeBegin AreaLightSource \"arealight\" 7 Sphere .1 -.1 .1 360 AttributeEnd\n"}},
+       4,
+       0,
+       ""},
+      {"in an archive that it reads", {{"a.rib", kBall + "ReadArchive \"b.rib\"\n"}, {"b.rib", light}}, 4, 0, ""},
+      {"in one that would wait in it",
+       {{"a.rib", kBall + delayed("0 0 0", "b.rib") + delayed(".1 0 0", "c.rib")},
+        {"b.rib", kBoxes + light},
+        {"c.rib", kBall}},
+       4,
+       1,
+       ""},
+      {"three deep",
+       {{"a.rib", kBall + delayed("0 0 0", "b.rib")},
+        {"b.rib", "ReadArchive \"c.rib\""},
+        {"c.rib", delayed("0 0 0", "d.rib")},
+        {"d.rib", light}},
+       4,
+       0,
+       ""},
+      {"in an inline archive",
+       {{"a.rib", kBall + "ReadArchive \"inside\"\n"}},
+       4,
+       0,
+       "ArchiveBegin \"inside\"\n" + light + "ArchiveEnd\n"},
+      {"in an object of the scene",
+       {{"a.rib", kBall + "ObjectInstance \"o\"\n"}},
+       4,
+       0,
+       "ObjectBegin \"o\"\n" + light + kBoxes + "ObjectEnd\n"},
+      {"in an object in an object",
+       {{"a.rib", kBall + "ObjectInstance \"p\"\n"}},
+       4,
+       0,
+       "ObjectBegin \"o\"\n" + light + kBoxes + "ObjectEnd\nObjectBegin \"p\"\nObjectInstance \"o\"\nObjectEnd\n"},
+      {"in an object of its own",
+       {{"a.rib", "ObjectBegin \"o\"\n" + light + kBoxes + "ObjectEnd\nObjectInstance \"o\"\n"}},
+       4,
+       0,
+       ""},
+      {"where a condition holds",
+       {{"a.rib", kBall + "IfBegin \"$user:lit == 1\"\n" + light + "IfEnd\n"}},
+       4,
+       0,
+       "Attribute \"user\" \"int lit\" [1]\n"},
+      {"where none holds",
+       {{"a.rib", kBall + "IfBegin \"$user:lit == 1\"\n" + light + "IfEnd\n"}},
+       3,
+       1,
+       "Attribute \"user\" \"int lit\" [0]\n"},
+      {"a word alone",
+       {{"a.rib", "# Light \"x\"\n" + kBall + "Attribute \"identifier\" \"name\" [\" Light \"]\n" + kBoxes}},
+       3,
+       1,
+       ""},
+      {"a word in a name", {{"a.rib", "Attribute \"identifier\" \"name\" [\"TrafficLight\"]\n" + kBall}}, 3, 1, ""},
+      {"itself", {{"a.rib", kBall + delayed("0 0 0", "a.rib") + light}}, 4, 0, ""},
+      {"far behind",
+       {{"a.rib", kBall + std::string(size_t(262144) - kBall.size() - light.find("Light") - 3, '\n') + light}},
+       4,
+       0,
+       ""},
+  };
+  for (const Case& c : cases) {
+    Files files = c.files;
+    files["scene.rib"] = world(c.before + delayed("0 0 5", "a.rib"));
+    const Folder waits(files);
+    const Rendered got = rendered(waits, {});
+    files["scene.rib"] =
+        world(c.before + "Attribute \"procedural\" \"int immediatesubdivide\" [1]\n" + delayed("0 0 5", "a.rib"));
+    const Folder atOnce(files);
+    const Rendered expected = rendered(atOnce, {});
+    EXPECT_EQ(got.outcome, render::Outcome::Complete) << c.name;
+    EXPECT_EQ(got.statistics.lights, c.lights) << c.name << ": " << got.said;
+    EXPECT_EQ(got.statistics.procedurals, c.waiting) << c.name;
+    EXPECT_EQ(got.said.find("RIB-PROCEDURAL-LIGHT"), std::string::npos) << c.name << ": " << got.said;
+    // what waits is an object of its own, whose last bits are others
+    if (c.waiting == 0) {
+      EXPECT_TRUE(got.sums == expected.sums) << c.name;
+    }
+    EXPECT_EQ(expected.statistics.lights, c.lights) << c.name << ": " << expected.said;
+  }
+  // the same in a compressed file, and for any threads and groups
+  const Folder plain({{"scene.rib", world(delayed("0 0 5", "a.rib") + delayed("1 0 6", "b.rib"))},
+                      {"a.rib", kBall + light},
+                      {"b.rib", kBoxes}});
+  const Rendered one = rendered(plain, {});
+  EXPECT_EQ(one.statistics.procedurals, 1u);
+  for (const int threads : {1, 3}) {
+    render::Settings s;
+    s.threads = threads;
+    s.groupSize = threads == 1 ? 64 : 4096;
+    s.width = threads == 1 ? 4 : 16;
+    s.readsAllProcedurals = threads == 3;
+    EXPECT_TRUE(rendered(plain, s).sums == one.sums) << threads;
+  }
+  ASSERT_EQ(std::system(("gzip -c " + plain.file("a.rib") + " > " + plain.file("z") + " && mv " + plain.file("z") +
+                         " " + plain.file("a.rib"))
+                            .c_str()),
+            0);
+  EXPECT_TRUE(rendered(plain, {}).sums == one.sums) << "compressed";
+}
+
+// What a program prints is not known before it runs.
+TEST(Procedurals, LightsOfProgramsAreLeftOutAndNamed) {
+  const std::string program = "Procedural \"RunProgram\" [\"cat FILE\" \"x\"] [-.6 .6 -.6 .6 -.6 .6]\n";
+  const auto scene = [&](const Folder& folder, const std::string& before) {
+    std::string s = program;
+    s.replace(s.find("FILE"), 4, folder.file("a.rib"));
+    std::ofstream(folder.file("scene.rib")) << world("Translate 0 0 5\n" + before + s);
+  };
+  const Folder folder({{"a.rib", kBall + "Light \"PxrSphereLight\" \"l\" \"float intensity\" [100]\n"}});
+  scene(folder, "");
+  const Rendered r = rendered(folder, {}, true);
   EXPECT_NE(r.said.find("RIB-PROCEDURAL-LIGHT"), std::string::npos) << r.said;
-  // read at once it shines
-  const Folder now(
-      {{"scene.rib", world("Attribute \"procedural\" \"int immediatesubdivide\" [1]\n" + delayed("0 0 5", "a.rib"))},
-       {"a.rib", kBall + "Light \"PxrSphereLight\" \"l\" \"float intensity\" [100]\n"}});
-  const Rendered lit = rendered(now, {});
+  EXPECT_EQ(r.statistics.lights, 3u);
+  scene(folder, "Attribute \"procedural\" \"int immediatesubdivide\" [1]\n");
+  const Rendered lit = rendered(folder, {}, true);
   EXPECT_EQ(lit.said, "");
   EXPECT_EQ(lit.statistics.lights, 4u);
   EXPECT_EQ(lit.statistics.procedurals, 0u);

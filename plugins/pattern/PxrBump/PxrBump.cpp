@@ -96,7 +96,7 @@ struct PxrBump {
         r.store(radius[0] + i);
       }
       float* const rgba[4] = {height[step], rest[0], rest[1], rest[2]};
-      c->fn->texture(c, &handles, st[0], st[1], radius[0], &o, rgba);
+      c->fn->texture(c, &handles, st[0], st[1], radius[0], nullptr, &o, rgba);
       for (uint32_t i = c->count; i < c->padded; ++i) height[step][i] = height[step][c->count - 1];
     }
     const F sign(fixedInteger(*c, kReverse) != 0 ? -1.f : 1.f);

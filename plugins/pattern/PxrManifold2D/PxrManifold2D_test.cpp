@@ -1,4 +1,6 @@
 // Proves the order rotate, scale, shift, invert; the choice of primvars; and equal bits at all widths.
+#include <cmath>
+
 #include "plugins/pattern/test_context.h"
 
 namespace kinora::patternTest {
@@ -26,6 +28,35 @@ TEST(PxrManifold2D, RotatesScalesShiftsThenInverts) {
   ASSERT_TRUE(t.run(8));
   EXPECT_NEAR(t.at("resultS", 0), 1 - 0.125f, 1e-6f);
   EXPECT_NEAR(t.at("resultT", 0), 1 - (-3 + 0.5f), 1e-6f);
+}
+
+TEST(PxrManifold2D, TurnsAndScalesFootprints) {
+  TestContext t("PxrManifold2D", 2);
+  t.setBuiltin(Builtin::St, {{1.f, 0.f}, {0.f, 1.f}});
+  t.setBuiltin(Builtin::StRadius, {{0.01f, 0.02f}});
+  ASSERT_TRUE(t.run(8));
+  EXPECT_EQ(t.outManifold("result").axis[0].components, 0u) << "circles";
+  t.setEllipses("", {{0.1f, 0.f}, {0.2f, 0.f}}, {{-0.3f, 0.f}, {0.4f, 0.f}});
+  t.set("angle", 90);
+  t.set("scaleS", 2);
+  t.set("scaleT", -3);
+  t.set("offsetS", 0.125f);
+  t.set("invertS", 1);
+  t.set("invertT", 0);
+  ASSERT_TRUE(t.run(8));
+  const Manifold& m = t.outManifold("result");
+  ASSERT_EQ(m.axis[0].components, 2u);
+  // a quarter turn takes (a, b) to (-b, a)
+  EXPECT_NEAR(m.axis[0].data[0][0], 2 * 0.2f, 1e-6f);
+  EXPECT_NEAR(m.axis[0].data[1][0], -3 * 0.1f, 1e-6f);
+  EXPECT_NEAR(m.axis[1].data[0][0], 2 * 0.4f, 1e-6f);
+  EXPECT_NEAR(m.axis[1].data[1][0], -3 * -0.3f, 1e-6f);
+  for (uint32_t k = 0; k < 2; ++k) EXPECT_EQ(std::fabs(m.axis[0].data[k][1]) + std::fabs(m.axis[1].data[k][1]), 0.f);
+  // coordinates of other primitive variables have other footprints, which the context of the test does not know
+  t.setPrimvar("map2", {{0.1f, 0.2f}, {0.3f, 0.4f}}, 0.5f);
+  t.setText("primvarS", "map2");
+  ASSERT_TRUE(t.run(8));
+  EXPECT_EQ(t.outManifold("result").axis[0].components, 0u);
 }
 
 TEST(PxrManifold2D, ReadsPrimvars) {

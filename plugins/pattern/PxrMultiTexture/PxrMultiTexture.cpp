@@ -86,16 +86,18 @@ struct PxrMultiTexture {
     makeOutput(*c, size, 1, false, radius);
     makeOutput(*c, args->outputs[0], 3, false, rgb);
     makeOutput(*c, args->outputs[4], 1, false, alpha);
+    const LookupEllipses ellipses(*c, kManifold, flip);
     for (uint32_t i = 0; i < c->padded; i += W) {
       const At at{i, false};
       loadComponent<W>(m.q, 0, at).store(st[0] + i);
       const F t = loadComponent<W>(m.q, 1, at);
       (flip ? F(1.f) - t : t).store(st[1] + i);
       (abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at)).store(radius[0] + i);
+      ellipses.store<W>(i, F(1.f), loadFloat<W>(blur, at), F(0.f));
     }
     const Value handles = chosen(*c, m);
     float* const rgba[4] = {rgb[0], rgb[1], rgb[2], alpha[0]};
-    c->fn->texture(c, &handles, st[0], st[1], radius[0], &o, rgba);
+    c->fn->texture(c, &handles, st[0], st[1], radius[0], ellipses.axes(), &o, rgba);
     for (uint32_t i = c->count; i < c->padded; ++i)
       for (float* p : rgba) p[i] = p[c->count - 1];
     vary<W>(*c, m, rgb);

@@ -121,15 +121,17 @@ struct PxrNormalMap {
     makeOutput(c, size, 1, false, radius);
     makeOutput(c, rgb, 3, false, color);
     makeOutput(c, alpha, 1, false, a);
+    const LookupEllipses ellipses(c, kManifold, flip);
     for (uint32_t i = 0; i < c.padded; i += W) {
       const At at{i, false};
       loadComponent<W>(m.q, 0, at).store(st[0] + i);
       const Float<W> t = loadComponent<W>(m.q, 1, at);
       (flip ? Float<W>(1.f) - t : t).store(st[1] + i);
       (abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at)).store(radius[0] + i);
+      ellipses.store<W>(i, Float<W>(1.f), loadFloat<W>(blur, at), Float<W>(0.f));
     }
     float* const rgba[4] = {color[0], color[1], color[2], a[0]};
-    c.fn->texture(&c, &handles, st[0], st[1], radius[0], &o, rgba);
+    c.fn->texture(&c, &handles, st[0], st[1], radius[0], ellipses.axes(), &o, rgba);
     // materials of the group that have no file
     for (uint32_t i = 0; handles.stride && i < c.count; ++i)
       for (uint32_t k = 0; handleAt(handles, i) < 0 && k < 3; ++k) color[k][i] = input.data[k][input.stride ? i : 0];

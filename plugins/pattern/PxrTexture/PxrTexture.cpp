@@ -92,6 +92,7 @@ struct PxrTexture {
     makeOutput(*c, args->outputs[0], 3, false, rgb);
     makeOutput(*c, args->outputs[4], 1, false, alpha);
     const int bias = fixedInteger(*c, kMipBias), most = fixedInteger(*c, kMaxResolution);
+    const LookupEllipses ellipses(*c, kManifold, flip);
     const F scale = exp2(F(float(bias))), least(most > 0 ? 1.f / float(most) : 0.f);
     for (uint32_t i = 0; i < c->padded; i += W) {
       const At at{i, false};
@@ -100,9 +101,10 @@ struct PxrTexture {
       (flip ? F(1.f) - t : t).store(st[1] + i);
       // blur is taken per point here, so that options stay the same for all
       max(fma(abs(loadFloat<W>(m.radius, at)), scale, loadFloat<W>(blur, at)), least).store(radius[0] + i);
+      ellipses.store<W>(i, scale, loadFloat<W>(blur, at), least);
     }
     float* const rgba[4] = {rgb[0], rgb[1], rgb[2], alpha[0]};
-    c->fn->texture(c, &handles, st[0], st[1], radius[0], &o, rgba);
+    c->fn->texture(c, &handles, st[0], st[1], radius[0], ellipses.axes(), &o, rgba);
     // lookups fill the points; the padding repeats the last one
     for (uint32_t i = c->count; i < c->padded; ++i)
       for (float* p : rgba) p[i] = p[c->count - 1];

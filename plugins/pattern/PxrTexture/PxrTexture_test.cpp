@@ -1,5 +1,7 @@
 // Proves what PxrTexture asks of the texture room (place, footprint, options) and what it makes of the answer. The
 // lookups themselves are proved in src/texture.
+#include <cmath>
+
 #include "plugins/pattern/test_context.h"
 
 namespace kinora::patternTest {
@@ -78,6 +80,61 @@ TEST(PxrTexture, PassesOptionsAndCorrectsColour) {
   ASSERT_TRUE(t.run(8));
   EXPECT_EQ(seen.filter, 1);
   expectSameBitsAtAllWidths(t);
+}
+
+// Half diameters are scaled, widened and turned over as the radius and the place are.
+TEST(PxrTexture, PassesEllipses) {
+  TestContext t = makeContext();
+  t.c.host = &t;
+  ASSERT_TRUE(t.run(8));
+  EXPECT_TRUE(t.axesAsked[0].empty()) << "circles";
+  std::vector<float> zero(21, 0.f), s1 = spread(21, -0.1f, 0.1f), t1 = spread(21, -0.2f, 0.3f, 5),
+                                    s2 = spread(21, 0.1f, 0.5f, 4), t2 = spread(21, -0.5f, 0.2f, 11);
+  s1[3] = t1[3] = s2[3] = t2[3] = 0;  // a circle among them
+  s1[5] = t1[5] = 0;                  // as thin as a line
+  s2[6] = t2[6] = 0;
+  t.setEllipses("", {s1, t1}, {s2, t2});
+  ASSERT_TRUE(t.run(8));
+  for (uint32_t i = 0; i < 21; ++i) {
+    EXPECT_FLOAT_EQ(t.axesAsked[0][i], s1[i]) << i;
+    EXPECT_FLOAT_EQ(t.axesAsked[1][i], -t1[i]) << i;
+    EXPECT_FLOAT_EQ(t.axesAsked[2][i], s2[i]) << i;
+    EXPECT_FLOAT_EQ(t.axesAsked[3][i], -t2[i]) << i;
+  }
+  t.set("blur", 0.25f);
+  t.set("mipBias", 1);
+  t.set("maxResolution", 2);
+  ASSERT_TRUE(t.run(8));
+  const auto length = [&](uint32_t axis, uint32_t i) {
+    return std::hypot(t.axesAsked[2 * axis][i], t.axesAsked[2 * axis + 1][i]);
+  };
+  for (uint32_t i = 0; i < 21; ++i) {
+    const float first = std::hypot(s1[i], t1[i]), second = std::hypot(s2[i], t2[i]);
+    if (i == 3) {
+      EXPECT_EQ(length(0, i) + length(1, i), 0.f) << "circles stay circles";
+      continue;
+    }
+    EXPECT_NEAR(length(0, i), std::max(2 * first + 0.25f, 0.5f), 1e-6f) << i;
+    EXPECT_NEAR(length(1, i), std::max(2 * second + 0.25f, 0.5f), 1e-6f) << i;
+    if (i != 5 && i != 6) {
+      EXPECT_NEAR(t.axesAsked[0][i] * -t1[i], t.axesAsked[1][i] * s1[i], 1e-6f) << i;
+    } else {  // widened across the other axis
+      EXPECT_NEAR(t.axesAsked[0][i] * t.axesAsked[2][i] + t.axesAsked[1][i] * t.axesAsked[3][i], 0, 1e-6f) << i;
+    }
+  }
+  // a manifold has its own ones, or circles
+  t.setManifold("manifold", {spread(21, 2, 3), spread(21, 4, 5)}, {{0.125f}});
+  ASSERT_TRUE(t.run(8));
+  EXPECT_TRUE(t.axesAsked[0].empty());
+  t.set("blur", 0.f), t.set("mipBias", 0), t.set("maxResolution", 0);
+  t.setEllipses("manifold", {s2, t2}, {s1, t1});
+  ASSERT_TRUE(t.run(8));
+  EXPECT_FLOAT_EQ(t.axesAsked[1][2], t2[2]) << "and is not turned over";
+  const std::vector<float> expected = t.axesAsked[2];
+  for (const uint32_t width : {1u, 4u, 16u})
+    if (t.run(width)) {
+      EXPECT_EQ(t.axesAsked[2], expected) << width;
+    }
 }
 
 }  // namespace kinora::patternTest

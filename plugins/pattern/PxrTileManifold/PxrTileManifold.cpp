@@ -47,6 +47,7 @@ struct PxrTileManifold {
     const bool swap = fixedInteger(*c, kSwapTileST) != 0, flip = fixedInteger(*c, kInvertT) != 0;
     const TextureChoice textures(*c, kNumTextures, kTextureOrder);
     TileOutputs out(*c, *args, place.uniform() && allUniform({&offset, &gap, &bevel}));
+    float* const* axes = out.makeAxes(*c, place.hasAxes());
     for (uint32_t i = 0; i < extent(*c, out.one); i += W) {
       const At at{i, false};
       F s, t, r;
@@ -62,6 +63,12 @@ struct PxrTileManifold {
       const F inS = swap ? y : x, inT = swap ? x : y;
       const Int<W> seed = hashWords(toInt(column), toInt(row));
       out.store(i, inS, flip ? F(1.f) - inT : inT, r * grow, textures.of(seed, column + row), covered);
+      for (uint32_t k = 0; axes && k < 2; ++k) {
+        F as, bs;
+        place.axisAt<W>(k, at, as, bs);
+        ((swap ? bs : as) * grow).store(axes[2 * k] + i);
+        ((swap ? as : bs) * (flip ? F(0.f) - grow : grow)).store(axes[2 * k + 1] + i);
+      }
     }
     if (args->wanted[0] & kWantGradients) gradients<W>(*c, place, gap, swap, flip, out.single);
     out.multi.gradient[0] = out.single.gradient[0];

@@ -59,7 +59,8 @@ class Place2D {
          p.primvarT == kNoPlaceParam ? nullptr : c.fn->text(&c, p.primvarT));
   }
   bool uniform() const {
-    return allUniform({&angle_, &scaleS_, &scaleT_, &offsetS_, &offsetT_, &global_, &inS_, &inT_, &inRadius_});
+    return !hasAxes() &&
+           allUniform({&angle_, &scaleS_, &scaleT_, &offsetS_, &offsetT_, &global_, &inS_, &inT_, &inRadius_});
   }
   bool invertsS() const { return invertS_; }
   bool invertsT() const { return invertT_; }
@@ -81,6 +82,23 @@ class Place2D {
     t = fma(t, ft, loadFloat<W>(offsetT_, at));
     radius = loadFloat<W>(inRadius_, at) * max(abs(fs), abs(ft));
   }
+  // Whether some footprints are ellipses, and half diameter k of them, turned and scaled as the place.
+  bool hasAxes() const { return inAxis_[0].components > 1; }
+  template <int W>
+  KN_INLINE void axisAt(uint32_t k, At at, Float<W>& s, Float<W>& t) const {
+    s = loadComponent<W>(inAxis_[k], 0, at);
+    t = loadComponent<W>(inAxis_[k], 1, at);
+    if (turned_) {
+      Float<W> sine, cosine;
+      turning(at, sine, cosine);
+      const Float<W> turnedS = s * cosine - t * sine;
+      t = s * sine + t * cosine;
+      s = turnedS;
+    }
+    const Float<W> g = loadFloat<W>(global_, at);
+    s = s * loadFloat<W>(scaleS_, at) * g;
+    t = t * loadFloat<W>(scaleT_, at) * g;
+  }
   // A manifold of the inverted coordinates, which are components of `place`.
   template <int W>
   void makeManifold(Manifold& m, Value& outS, Value& outT) const {
@@ -96,6 +114,16 @@ class Place2D {
       (invertS_ ? F(1.f) - s : s).store(st[0] + i);
       (invertT_ ? F(1.f) - t : t).store(st[1] + i);
       r.store(radius[0] + i);
+    }
+    for (uint32_t k = 0; hasAxes() && k < 2; ++k) {
+      float* axis[3];
+      makeOutput(c_, m.axis[k], 2, false, axis);
+      for (uint32_t i = 0; i < c_.padded; i += W) {
+        F s, t;
+        axisAt<W>(k, At{i, false}, s, t);
+        (invertS_ ? F(0.f) - s : s).store(axis[0] + i);
+        (invertT_ ? F(0.f) - t : t).store(axis[1] + i);
+      }
     }
     shareComponent(m.q, 0, outS);
     shareComponent(m.q, 1, outT);
@@ -150,6 +178,14 @@ class Place2D {
       const Value v = c_.fn->primvar(&c_, nameT, nullptr);
       if (v.components) from_[1] = {nameT, v.components > 1 ? 1u : 0u}, shareComponent(v, from_[1].component, inT_);
     }
+    findAxes();
+  }
+  // Of both coordinates together, where one primitive variable gives both.
+  void findAxes() {
+    const bool isOwn = !from_[0].primvar && !from_[1].primvar;
+    if (!isOwn && !(from_[0].primvar && from_[1].primvar && !std::strcmp(from_[0].primvar, from_[1].primvar))) return;
+    if (from_[0].component != 0 || from_[1].component != 1) return;
+    c_.fn->ellipses(&c_, from_[0].primvar, inAxis_);
   }
   template <int W>
   KN_INLINE void turning(At at, Float<W>& sine, Float<W>& cosine) const {
@@ -158,6 +194,7 @@ class Place2D {
 
   const Context& c_;
   Value angle_, scaleS_, scaleT_, offsetS_, offsetT_, global_, inS_, inT_, inRadius_;
+  Value inAxis_[2];
   Source from_[2];
   bool invertS_, invertT_, turned_;
 };

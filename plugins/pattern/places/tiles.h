@@ -111,6 +111,18 @@ struct TileOutputs {
     shareComponent(single.q, 0, a.outputs[1]);
     shareComponent(single.q, 1, a.outputs[2]);
   }
+  // Half diameters of footprints that are ellipses: of both manifolds. Null: all are circles.
+  float* const* makeAxes(const Context& c, bool has) {
+    for (uint32_t k = 0; has && k < 2; ++k) {
+      float* data[3];
+      makeOutput(c, single.axis[k], 2, false, data);
+      axes[2 * k] = data[0];
+      axes[2 * k + 1] = data[1];
+      multi.axis[k] = single.axis[k];
+    }
+    return has ? axes : nullptr;
+  }
+  float* axes[4];
   template <int W>
   KN_INLINE void store(uint32_t i, Float<W> s, Float<W> t, Float<W> r, Float<W> texture, Float<W> covered) {
     s.store(st[0] + i);

@@ -254,12 +254,8 @@ bool TileTable::cubicTap(const Pyramid& p, const LookupKind& kind, float s, floa
   return texels<4>(p, kind, 0, ix - 1, iy - 1, tap.texel, tap.type);
 }
 
-bool TileTable::ask(const Pyramid& p, const LookupKind& kind, float s, float t, float radius) {
-  if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return false;
-  const Pyramid::Level& finest = p.levels[0];
-  // how many texels of the finest level the footprint spans: level k where it spans 2^k, in between a mix in
-  // proportion
-  const float texels = radius * float(finest.width < finest.height ? finest.width : finest.height);
+// Level k where the footprint spans 2^k texels of the finest one, in between a mix in proportion.
+TileTable::LevelMix TileTable::mixOf(const Pyramid& p, const LookupKind& kind, float texels) {
   int level = 0;
   float blend = 0;
   const int last = int(p.levels.size()) - 1;
@@ -276,6 +272,12 @@ bool TileTable::ask(const Pyramid& p, const LookupKind& kind, float s, float t, 
       blend = 0;
     }
   }
+  return {level, blend};
+}
+
+bool TileTable::ask(const Pyramid& p, const LookupKind& kind, LevelMix mix, float s, float t) {
+  if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return false;
+  const auto [level, blend] = mix;
   Tap* const taps = &taps_[2 * asked_];
   const uint32_t ends = ends_;
   const bool isCubic = kind.isCubic && level == 0;

@@ -56,10 +56,15 @@ class TileTable {
     mostBytes_ = mostBytes;
     if (asked_) endBlock();
   }
-  // `kind.channels` values at (s, t) (t down) filtered over a texel of width `radius` in texture space; coordinates
-  // within +-256 and finite. False when a tile cannot be read: the cache has the reason. Where isFull(), answer()
-  // comes first.
-  bool ask(const Pyramid& pyramid, const LookupKind& kind, float s, float t, float radius);
+  // Between which levels a lookup lies whose texels are that many wide, counted in those of the finest level.
+  struct LevelMix {
+    int level = 0;
+    float blend = 0;  // share of the next coarser one
+  };
+  static LevelMix mixOf(const Pyramid& pyramid, const LookupKind& kind, float texels);
+  // `kind.channels` values at (s, t) (t down); coordinates within +-256 and finite. False when a tile cannot be read:
+  // the cache has the reason. Where isFull(), answer() comes first.
+  bool ask(const Pyramid& pyramid, const LookupKind& kind, LevelMix mix, float s, float t);
   bool isFull() const { return asked_ == kBlock; }
   uint32_t asked() const { return asked_; }
   // What has been asked for since the last answer: four numbers each, of which those beyond the file's channels mean

@@ -19,6 +19,7 @@
 #include "image/module/pixels.h"
 #include "image/picture_library.h"
 #include "texture/atlas_grid.h"
+#include "texture/footprint.h"
 #include "texture/missing_color.h"
 #include "texture/module/group_lookup.h"
 #include "texture/module/level_files.h"
@@ -344,7 +345,7 @@ struct OpenTextures final : texture::TextureStore {
   struct Bound {
     Source* source = nullptr;
     Cache::TextureHandle* handle = nullptr;
-    int channels = 0;
+    int channels = 0, width = 1, height = 1;
     TextureOpt opt;
     const texture::Pyramid* levels = nullptr;  // null: by OpenImageIO's call
     texture::LookupKind kind;
@@ -385,6 +386,8 @@ struct OpenTextures final : texture::TextureStore {
       b.kind.firstChannel = b.opt.firstchannel;
       b.kind.channels = b.channels;
     }
+    b.width = b.levels ? b.levels->levels[0].width : std::max(s->facts.width, 1);
+    b.height = b.levels ? b.levels->levels[0].height : std::max(s->facts.height, 1);
     if (!b.levels && (!s->facts.mipMapped || !isFirst)) b.handle = withLevels(*s, o.linearize != 0);
     if (b.channels == 0 && !s->complained.exchange(true))
       diagnostics.warning("ASSET-TEXTURE-CHANNEL", s->pos,
@@ -434,7 +437,7 @@ struct OpenTextures final : texture::TextureStore {
   }
 
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
-              const TextureOptions& o, const Part& part, float* const rgba[4]) override {
+              const TextureOptions& o, const Part& part, float* const rgba[4], const float* const* axes) override {
     Cache::Perthread* thread = cache->get_perthread_info();
     OIIO::ImageCache& images = *cache->imagecache();
     OIIO::ImageCache::Perthread* imageThread = images.get_perthread_info();
@@ -447,18 +450,28 @@ struct OpenTextures final : texture::TextureStore {
     uint64_t missing = 0;
     const texture::MissingColor missingColor(o);
     // of the texels that tiles are asked for
-    uint32_t asker[texture::TileTable::kBlock], channels[texture::TileTable::kBlock];
-    const auto put = [&](uint32_t i, uint32_t available, const float texel[4]) {
-      rgba[0][i] = texel[0];
-      rgba[1][i] = available >= 3 ? texel[1] : texel[0];
-      rgba[2][i] = available >= 3 ? texel[2] : texel[0];
-      rgba[3][i] = available == 4 ? texel[3] : available == 2 ? texel[1] : 1.f;
+    struct Asker {
+      uint32_t point, channels;
+      float share;   // of what the point is given
+      bool isFirst;  // of the point's probes, which come one after the other
+    };
+    Asker askers[texture::TileTable::kBlock];
+    const auto put = [&](const Asker& to, const float texel[4]) {
+      const uint32_t available = to.channels;
+      const float values[4] = {texel[0], available >= 3 ? texel[1] : texel[0], available >= 3 ? texel[2] : texel[0],
+                               available == 4   ? texel[3]
+                               : available == 2 ? texel[1]
+                                                : 1.f};
+      for (int c = 0; c < 4; ++c) {
+        float& sum = rgba[c][to.point];
+        sum = to.isFirst ? values[c] * to.share : sum + values[c] * to.share;
+      }
     };
     const auto answer = [&] {
       float texels[texture::TileTable::kBlock][4];
       const uint32_t count = tiles.asked();
       tiles.answer(texels);
-      for (uint32_t k = 0; k < count; ++k) put(asker[k], channels[k], texels[k]);
+      for (uint32_t k = 0; k < count; ++k) put(askers[k], texels[k]);
     };
     const Entry* entry = nullptr;
     int32_t handle = kNoTexture;
@@ -482,20 +495,39 @@ struct OpenTextures final : texture::TextureStore {
       if (source) {
         if (source != bound.source) bind(bound, source, o, part, atlas, imageThread);
         if (bound.channels > 0) {
-          const float r = safeRadius(radius[i], o.blur);
-          const float x = safeCoordinate(si, bound.opt.swrap), y = safeCoordinate(ti, bound.opt.twrap);
-          if (bound.levels) {
-            if (tiles.isFull()) answer();
-            const uint32_t at = tiles.asked();
-            found = tiles.ask(*bound.levels, bound.kind, x, y, r);
-            asker[at] = i;
-            channels[at] = uint32_t(bound.channels);
-          } else {
-            float texel[4];
-            found = cache->texture(bound.handle, thread, bound.opt, x, y, r, 0.f, 0.f, r, bound.channels, texel);
-            if (found) put(i, uint32_t(bound.channels), texel);
+          texture::Probes probes;
+          const float least = float(std::min(bound.width, bound.height));
+          bool isEllipse = false;
+          if (axes && bound.opt.interpmode != TextureOpt::InterpClosest) {
+            const float axis[4] = {axes[0][i], axes[1][i], axes[2][i], axes[3][i]};
+            isEllipse = texture::findProbes(axis, o.blur, bound.width, bound.height, probes);
           }
-          if (!found) complain(*source);
+          const float r = isEllipse ? probes.texels / least : safeRadius(radius[i], o.blur);
+          if (!isEllipse) probes.texels = r * least;
+          const float x = safeCoordinate(si, bound.opt.swrap), y = safeCoordinate(ti, bound.opt.twrap);
+          const texture::TileTable::LevelMix mix =
+              bound.levels ? texture::TileTable::mixOf(*bound.levels, bound.kind, probes.texels)
+                           : texture::TileTable::LevelMix();
+          const float share = 1.f / float(probes.count);
+          found = true;
+          for (int k = 0; found && k < probes.count; ++k) {
+            const Asker from{i, uint32_t(bound.channels), share, k == 0};
+            const float xs = x + (probes.firstS + float(k) * probes.stepS),
+                        yt = y + (probes.firstT + float(k) * probes.stepT);
+            if (bound.levels) {
+              if (tiles.isFull()) answer();
+              askers[tiles.asked()] = from;
+              found = tiles.ask(*bound.levels, bound.kind, mix, xs, yt);
+            } else {
+              float texel[4];
+              found = cache->texture(bound.handle, thread, bound.opt, xs, yt, r, 0.f, 0.f, r, bound.channels, texel);
+              if (found) put(from, texel);
+            }
+          }
+          if (!found) {
+            complain(*source);
+            if (tiles.asked()) answer();  // probes of this point that could be read
+          }
         }
       }
       if (found) continue;
