@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <mutex>
 
 #include "shade/surface_points.h"
@@ -235,6 +237,36 @@ TEST(Ellipse, StrandsHaveCircles) {
               8);
   EXPECT_GT(shared.compared, 500u);
   EXPECT_EQ(shared.circles, shared.compared);
+}
+
+// Pictures of textures that are seen at an angle, directly, in a mirror and after diffuse bounces, with a manifold and without.
+TEST(Ellipse, SameBitsOfTexturesForAllWidthsThreadsGroupsAndParts) {
+  const std::string picture = ::testing::TempDir() + "ellipse-grain.pgm";
+  {
+    std::ofstream out(picture);
+    out << "P5\n200 120\n255\n";
+    uint32_t h = 1;
+    for (int i = 0; i < 200 * 120; ++i) out.put(char((h = h * 1664525u + 1013904223u) >> 24));
+  }
+  std::string room = R"(Hider "raytrace" "int maxsamples" [16]
+Display "p.exr" "openexr" "Ci"
+Format 40 30 1
+Projection "perspective" "fov" [60]
+WorldBegin
+Light "PxrDomeLight" "sky"
+Pattern "PxrManifold2D" "place" "float angle" [20] "float scaleS" [9] "float scaleT" [5]
+Pattern "PxrTexture" "placed" "string filename" ["FILE"] "reference struct manifold" ["place:result"]
+Pattern "PxrTexture" "plain" "string filename" ["FILE"] "int filter" [7] "float blur" [.002]
+AttributeBegin Bxdf "PxrDiffuse" "b" "reference color diffuseColor" ["placed:resultRGB"]
+Polygon "P" [-9 -1 0  9 -1 0  9 -1 40  -9 -1 40] "facevarying float[2] st" [0 0 1 0 1 1 0 1] AttributeEnd
+AttributeBegin Bxdf "PxrSurface" "m" "float diffuseGain" [0] "color specularEdgeColor" [1 1 1] "color specularFaceColor" [1 1 1]
+  "float specularRoughness" [0] "int specularDoubleSided" [1] Polygon "P" [-3 -1 8  0 -1 6  0 3 6  -3 3 8] AttributeEnd
+AttributeBegin Bxdf "PxrDiffuse" "c" "reference color diffuseColor" ["plain:resultRGB"] Translate 1 0 5 Sphere 1 -1 1 360 AttributeEnd
+WorldEnd
+)";
+  for (size_t at; (at = room.find("FILE")) != std::string::npos;) room.replace(at, 4, picture);
+  expectSameBits({}, room, "PxrPathTracer");
+  std::filesystem::remove(picture);
 }
 
 }  // namespace
