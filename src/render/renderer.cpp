@@ -4,13 +4,10 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <map>
 #include <thread>
 
 #include "base/memory.h"
@@ -24,14 +21,14 @@
 #include "render/frame.h"
 #include "render/frame_identity.h"
 #include "render/frame_plan.h"
-#include "render/legacy_lights.h"
+#include "render/frame_warnings.h"
 #include "render/overrides.h"
 #include "render/procedurals.h"
+#include "render/record_budget.h"
 #include "render/sample_counts.h"
 #include "render/version.h"
 #include "render/world_build.h"
 #include "scene/digests.h"
-#include "shade/tees.h"
 #include "texture/texture_system.h"
 
 namespace kinora::render {
@@ -65,12 +62,7 @@ struct Renderer::Impl {
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
   Instance integrator;
-  struct {  // see fitRecords()
-    int block = -1;  // the first sample of those that it holds for
-    uint64_t budget = 0;
-    float share = 1, told = 1;  // of what the scene says; the least that was told of
-    Instance integrator;        // where it is less
-  } fitted;
+  RecordBudget recordBudget;
   int threads = 1;
   SampleCounts counts;
   int samplesDone = 0;        // of each pixel that still takes some
@@ -216,34 +208,6 @@ struct Renderer::Impl {
     return film != nullptr;
   }
 
-  // Sources that are no built-in ones are primvars or PxrTee nodes', and some object should have them.
-  void warnOfPrimvars() {
-    if (!procedurals.delayed().unread.empty()) return;  // nobody knows what is in there
-    const auto& marks = builder.world().marks;
-    const auto isMarked = [&](const std::string& name) {
-      return marks && std::any_of(marks->begin(), marks->end(), [&](const auto& m) { return m.channel == name; });
-    };
-    const auto has = [&](const std::string& channel) {
-      const auto& list = plan->record.primvars;
-      return std::any_of(list.begin(), list.end(), [&](const auto& p) { return p.name == channel; });
-    };
-    for (size_t i = 0; marks && i < marks->size(); ++i)
-      if (const light::MarkEntry& m = (*marks)[i]; !has(m.channel))
-        diagnostics.warning("LIGHT-CHANNEL", scene.pos,
-                            "a light marks the channel '" + m.channel + "', which the frame has not",
-                            "it marks nothing", "a Display must hold a channel of that name or source");
-    const auto isPrimvar = [&](const std::string& name) {
-      const auto& known = builder.world().primvarWidths;
-      return known.contains(name) || (isReferenceSource(name) && known.contains(name.substr(2)));
-    };
-    for (const RecordPlan::Primvar& p : plan->record.primvars)
-      if (!isMarked(p.name) && !plan->sampleFilters.uses(p.name) && !plan->displayFilters.uses(p.name) &&
-          !isPrimvar(p.name) && !shade::hasTee(*builder.world().materials, p.name))
-        diagnostics.warning("DISPLAY-SOURCE", scene.pos,
-                            "no output and no primvar named \"" + p.name + "\" is in the scene",
-                            "its channel stays black");
-  }
-
   // early: of a picture that should not wait for anything
   film::FrameMetadata metadata(double seconds, bool complete, bool early) {
     film::FrameMetadata m;
@@ -290,7 +254,7 @@ struct Renderer::Impl {
     in.readMet = [this] { return readProcedurals(builder.metUnread()); };
     in.statistics = &stats;
     frame = std::make_unique<Frame>(in);
-    fitted = {};
+    recordBudget = {};
   }
 
   // A world of the scene as it is now, from what still holds of the one before. When that fails nothing is kept.
@@ -332,7 +296,8 @@ struct Renderer::Impl {
     isEdited = true;
     // what is read from here on is no part of what the frame is known by: that must not follow from which rays there are
     if ((settings.readsAllProcedurals || asksObjectsUnseen()) && !readAllProcedurals()) return false;
-    warnOfPrimvars();
+    if (procedurals.delayed().unread.empty())  // else nobody knows what is in there
+      warnOfChannels(*plan, builder, scene, diagnostics);
     // textures live with what is left: a smaller cache costs time only
     constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
     if (Memory::limit() > 0)
@@ -374,7 +339,7 @@ struct Renderer::Impl {
     isReady = buildWorld();
     diagnostics.setRepeating(false);
     addCosts(before);
-    if (isReady) warnOfBounds();
+    if (isReady) warnOfBounds(procedurals, builder, diagnostics);
     stats.proceduralBuildSeconds += since(built);
     stats.proceduralsRead = procedurals.readCount();
     stats.procedurals = procedurals.total();
@@ -408,34 +373,6 @@ struct Renderer::Impl {
     }
   }
 
-  // Rays that meet only what lies outside of a bound do not find what is there.
-  void warnOfBounds() {
-    std::map<uint32_t, Imath::Box3d> found;
-    for (const Procedurals::Read& r : procedurals.lastRead()) found[r.instance];
-    if (found.empty()) return;
-    builder.findBounds(found);
-    for (const Procedurals::Read& r : procedurals.lastRead()) {
-      const Imath::Box3d &is = found[r.instance], &said = r.bound;
-      if (is.isEmpty()) continue;
-      double factor = 1, most = 0, largest = 0;
-      for (int k = 0; k < 3; ++k) largest = std::max({largest, said.max[k] - said.min[k], is.max[k] - is.min[k]});
-      for (int k = 0; k < 3; ++k) {
-        const double middle = 0.5 * (said.min[k] + said.max[k]), half = 0.5 * (said.max[k] - said.min[k]);
-        const double reach = std::max(is.max[k] - middle, middle - is.min[k]);
-        most = std::max(most, reach - half);
-        factor = std::max(factor, reach / std::max(half, 1e-9 * largest));
-      }
-      double size = 0;
-      for (int k = 0; k < 3; ++k) size = std::max(size, said.max[k] - said.min[k]);
-      if (!(most > Procedurals::kRounded * size + 1e-6 * largest)) continue;
-      diagnostics.warning(
-          "RENDER-PROCEDURAL-BOUND", r.procedural->pos,
-          fmt::format("'{}' holds things outside of its bound, up to {:.3g} beyond it", r.procedural->name(), most),
-          "they are seen where a ray meets the bound, and elsewhere only once it was read",
-          fmt::format("a bound {:.3g} times as large about its middle holds all of it", factor * 1.001));
-    }
-  }
-
   // What the tile cache holds, so that refusals can name it.
   struct CountedTiles {
     int64_t bytes = 0;
@@ -447,60 +384,6 @@ struct Renderer::Impl {
   } countedTiles;
   void countTextures() {
     if (Memory::limit() > 0) countedTiles.set(int64_t(builder.textures().statistics().cacheBytes));
-  }
-
-  // A picture without any light is seldom what was meant, and the messages before it do not always say why.
-  void warnOfMedia() {
-    const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
-    if (builder.world().space && !(traits && traits->scattersInMedia && traits->scattersInMedia(integrator.data())))
-      diagnostics.warning("MEDIUM-INTEGRATOR", {},
-                          std::string(integrator.plugin()->name) + " knows no scattering in media",
-                          "they only take light away", "Integrator \"PxrPathTracer\" follows light through them");
-    if (stats.mediaExcess > 1.01f) {
-      char factor[32];
-      std::snprintf(factor, sizeof factor, "%.3g", double(stats.mediaExcess));
-      diagnostics.warning(
-          "MEDIUM-BOUND", {},
-          "the extinction of '" + stats.excessMedium + "' was up to " + factor + " times what it was bounded by",
-          "the picture is right but noisier there",
-          "maxDensity of its material says how large it gets; or smoother patterns");
-    }
-    if (stats.mediaOverflows)
-      diagnostics.warning("MEDIUM-OVERLAP", {}, "more than 8 media overlap",
-                          "those entered last were left out there");
-    if (stats.endlessTracks)
-      diagnostics.warning("MEDIUM-ENDLESS", {},
-                          std::to_string(stats.endlessTracks) + " rays met a medium more than 65,536 times",
-                          "nothing came through there", "a smaller density, or maxDensity nearer to it");
-  }
-
-  void warnOfBlackness() {
-    const film::Film& f = *film;
-    const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
-    if (colour < 0) return;
-    const film::FilteredPixels filtered = output->filtered(f);
-    const bool isUnknown = alpha < 0;
-    bool isCovered = isUnknown;
-    float values[16];
-    for (int y = f.window().y0; y < f.window().y1; ++y)
-      for (int x = f.window().x0; x < f.window().x1; ++x) {
-        if (!filtered.find(colour, x, y, values)) f.resolvePixel(colour, x, y, values);
-        if (values[0] != 0 || values[1] != 0 || values[2] != 0) return;
-        if (isCovered) continue;
-        if (!filtered.find(alpha, x, y, values)) f.resolvePixel(alpha, x, y, values);
-        isCovered = values[0] != 0;
-      }
-    const std::string leftOut = isCovered ? lightsLeftOut(scene, registry) : "";
-    diagnostics.warning(
-        "RENDER-BLACK", scene.pos,
-        isCovered ? std::string("every pixel is black: ") + (isUnknown ? "the camera sees nothing, or " : "") +
-                        "no light reaches what " + (isUnknown ? "it" : "the camera") + " sees" +
-                        (leftOut.empty() ? "" : "; these lights are not rendered: " + leftOut)
-                  : "every pixel is black and empty: the camera sees nothing",
-        "the picture is written",
-        isUnknown   ? "a Display with alpha, \"rgba\", would tell which"
-        : isCovered ? "look at the lights, their distance and their linking"
-                    : "look at the camera's transform, the clipping planes and the messages about objects left out");
   }
 
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
@@ -522,67 +405,9 @@ struct Renderer::Impl {
     return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));
   }
 
-  // Where --memory-limit has no room for the records of all light paths the integrator keeps those of fewer. How many
-  // follows from what was left before the first pass and from the samples up to the next power of two: not from where a
-  // frame was split.
   void fitRecords(int first, int last) {
-    constexpr const char* kKept = "keptPaths";
-    const Descriptor& plugin = *integrator.plugin();
-    if (!Memory::limit() || !frame->store()) return;
-    const Param* given = std::find_if(plugin.params, plugin.params + plugin.paramCount,
-                                      [&](const Param& p) { return std::string_view(p.name) == kKept; });
-    if (given == plugin.params + plugin.paramCount) return;
-    const int block = first ? int(std::bit_floor(uint32_t(first))) : 0;
-    if (fitted.block == block) return;
-    if (fitted.block < 0) fitted.budget = Memory::left() / 8 * 3;  // textures and arenas take some of it yet
-    fitted.block = block;
-    float share = 1;
-    uint64_t needed = 0;
-    constexpr float kLeast = 1.f / (1 << 18);
-    for (;;) {
-      keepPaths(kKept, given->value[0], share);
-      try {
-        needed = frame->foreseenRecords(std::max(2 * block - 1, 0)) * uint64_t(last - first);
-      } catch (const MemoryExceeded&) {
-        if (!(share > kLeast)) throw;
-        share /= 16;
-        continue;
-      }
-      if (needed <= fitted.budget || !(share > kLeast)) break;
-      while (needed > fitted.budget && share > kLeast) {
-        share /= 2;
-        needed /= 2;
-      }
-    }
-    if (share < fitted.told) {
-      fitted.told = share;
-      char text[64];
-      std::snprintf(text, sizeof text, "one light path in %.0f is kept", double(1 / share));
-      diagnostics.warning("MEMORY-RECORDS", integratorPos(),
-                          "what " + std::string(plugin.name) + " keeps of its light paths does not fit into the " +
-                              asBinaryBytes(fitted.budget) + " that --memory-limit leaves for it",
-                          std::string(text) + " for camera paths to find: more noise, the same mean",
-                          "raise --memory-limit");
-    }
+    recordBudget.fit({*frame, integrator, scene, builder.host(), diagnostics}, first, last);
   }
-
-  // The integrator's node with that share of what it says.
-  void keepPaths(const char* parameter, float byDefault, float share) {
-    if (share == fitted.share) return;
-    fitted.share = share;
-    scene::Node node;
-    node.kind = "Integrator";
-    node.plugin = integrator.plugin()->name;
-    if (scene.integrator && scene.integrator->plugin == node.plugin) node = *scene.integrator;
-    scene::Parameter p;
-    p.name = parameter;
-    p.floats = {share * node.params.getFloat(parameter, byDefault)};
-    node.params.set(std::move(p));
-    Diagnostics quiet([](const std::string&, Severity) {});  // it was told of all there is
-    if (fitted.integrator.create(*integrator.plugin(), &node, nullptr, nullptr, builder.host(), quiet))
-      frame->setIntegratorData(fitted.integrator.data());
-  }
-  SourcePos integratorPos() const { return scene.integrator ? scene.integrator->pos : SourcePos{}; }
 
   // Where the record holds the colour whose noise decides, the first; -1: there is none.
   int colourOffset() const {
@@ -769,7 +594,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
               " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
           "camera and indirect rays ended there as in empty space, shadow rays as blocked",
           "opaque cards or a coarser model where hundreds of such layers lie behind each other");
-    warnOfMedia();
+    warnOfMedia(integrator, builder, stats, diagnostics);
     const auto nameOf = [](const std::string& name) {
       return name.empty() ? std::string("an object without a name") : "object \"" + name + '"';
     };
@@ -803,7 +628,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
-      if (complete) warnOfBlackness();
+      if (complete) warnOfBlackness(*film, *output, scene, registry, diagnostics);
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;

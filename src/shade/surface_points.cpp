@@ -635,7 +635,7 @@ struct Surface {
       const V along = far * (F(1.f) / sqrt(max(product(far, far), F(1e-38f))));
       const V across(n.y * along.z - n.z * along.y, n.z * along.x - n.x * along.z, n.x * along.y - n.y * along.x);
       const F order = toFloat(Int<W>::load(a.sampleIndex + i));
-      const F stretch = min(F(1.f) / max(cosine, F(1e-6f)), F(kMostStretch)) / sqrt(fma(order, F(0.25f), F(1.f)));
+      const F stretch = min(F(1.f) / max(cosine, F(1e-6f)), F(kMostStretch)) / fma(order, F(0.25f), F(1.f));
       const F length = radius * max(stretch, F(1.f));
       // in units of the edges, by least squares
       const F g11 = product(x, x), g12 = product(x, y), g22 = product(y, y), det = g11 * g22 - g12 * g12;

@@ -94,8 +94,8 @@ struct EllipseArgs {
 // by mirrors, glass and sharp reflections. Wider ones are averages over so many directions that the shape of a
 // footprint does not show.
 inline constexpr float kNarrowSpread = 1.f / 64;
-// How many times longer than wide an ellipse is at most. That of sample k of a pixel is shorter than the pixel's by the
-// root of 1 + k / 4: what the first ones blur others resolve, so that noise and blur go together with their number.
+// How many times longer than wide an ellipse is at most. That of sample k of a pixel is 1 + k / 4 times shorter than
+// the pixel's: what the first ones blur others resolve, so that noise and blur go together with their number.
 inline constexpr float kMostStretch = 16;
 
 // For GroupState::findTerminatorOffsets: see shadow_terminator.cpp. By point; Ng is changed.

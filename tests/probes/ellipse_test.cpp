@@ -51,7 +51,7 @@ void judge(const Context& c) {
       l2 += flat[k] * flat[k];
     }
     const double whole = std::min(1 / cosine, double(shade::kMostStretch)),
-                 stretch = std::max(1., whole / std::sqrt(1 + 0.25 * c.sampleIndex[i]));
+                 stretch = std::max(1., whole / (1 + 0.25 * c.sampleIndex[i]));
     longest = std::max(longest, stretch);
     const auto moment = [&](const double a[3], const double b[3]) {
       double n[2] = {0, 0}, product = 0, along[2] = {0, 0};

@@ -1,0 +1,123 @@
+#include "render/frame_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include "film/filtered_pixels.h"
+#include "render/legacy_lights.h"
+#include "shade/tees.h"
+
+namespace kinora::render {
+
+void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const scene::Scene& scene,
+                    Diagnostics& diagnostics) {
+  const auto& marks = builder.world().marks;
+  const auto isMarked = [&](const std::string& name) {
+    return marks && std::any_of(marks->begin(), marks->end(), [&](const auto& m) { return m.channel == name; });
+  };
+  const auto has = [&](const std::string& channel) {
+    const auto& list = plan.record.primvars;
+    return std::any_of(list.begin(), list.end(), [&](const auto& p) { return p.name == channel; });
+  };
+  for (size_t i = 0; marks && i < marks->size(); ++i)
+    if (const light::MarkEntry& m = (*marks)[i]; !has(m.channel))
+      diagnostics.warning("LIGHT-CHANNEL", scene.pos,
+                          "a light marks the channel '" + m.channel + "', which the frame has not",
+                          "it marks nothing", "a Display must hold a channel of that name or source");
+  const auto isPrimvar = [&](const std::string& name) {
+    const auto& known = builder.world().primvarWidths;
+    return known.contains(name) || (isReferenceSource(name) && known.contains(name.substr(2)));
+  };
+  for (const RecordPlan::Primvar& p : plan.record.primvars)
+    if (!isMarked(p.name) && !plan.sampleFilters.uses(p.name) && !plan.displayFilters.uses(p.name) &&
+        !isPrimvar(p.name) && !shade::hasTee(*builder.world().materials, p.name))
+      diagnostics.warning("DISPLAY-SOURCE", scene.pos,
+                          "no output and no primvar named \"" + p.name + "\" is in the scene",
+                          "its channel stays black");
+}
+
+void warnOfBounds(const Procedurals& procedurals, WorldBuilder& builder, Diagnostics& diagnostics) {
+  std::map<uint32_t, Imath::Box3d> found;
+  for (const Procedurals::Read& r : procedurals.lastRead()) found[r.instance];
+  if (found.empty()) return;
+  builder.findBounds(found);
+  for (const Procedurals::Read& r : procedurals.lastRead()) {
+    const Imath::Box3d &is = found[r.instance], &said = r.bound;
+    if (is.isEmpty()) continue;
+    double factor = 1, most = 0, largest = 0;
+    for (int k = 0; k < 3; ++k) largest = std::max({largest, said.max[k] - said.min[k], is.max[k] - is.min[k]});
+    for (int k = 0; k < 3; ++k) {
+      const double middle = 0.5 * (said.min[k] + said.max[k]), half = 0.5 * (said.max[k] - said.min[k]);
+      const double reach = std::max(is.max[k] - middle, middle - is.min[k]);
+      most = std::max(most, reach - half);
+      factor = std::max(factor, reach / std::max(half, 1e-9 * largest));
+    }
+    double size = 0;
+    for (int k = 0; k < 3; ++k) size = std::max(size, said.max[k] - said.min[k]);
+    if (!(most > Procedurals::kRounded * size + 1e-6 * largest)) continue;
+    diagnostics.warning(
+        "RENDER-PROCEDURAL-BOUND", r.procedural->pos,
+        fmt::format("'{}' holds things outside of its bound, up to {:.3g} beyond it", r.procedural->name(), most),
+        "they are seen where a ray meets the bound, and elsewhere only once it was read",
+        fmt::format("a bound {:.3g} times as large about its middle holds all of it", factor * 1.001));
+  }
+}
+
+void warnOfMedia(const Instance& integrator, const WorldBuilder& builder, const Statistics& stats,
+                 Diagnostics& diagnostics) {
+  const auto* traits = static_cast<const IntegratorTraits*>(integrator.plugin()->traits);
+  if (builder.world().space && !(traits && traits->scattersInMedia && traits->scattersInMedia(integrator.data())))
+    diagnostics.warning("MEDIUM-INTEGRATOR", {},
+                        std::string(integrator.plugin()->name) + " knows no scattering in media",
+                        "they only take light away", "Integrator \"PxrPathTracer\" follows light through them");
+  if (stats.mediaExcess > 1.01f) {
+    char factor[32];
+    std::snprintf(factor, sizeof factor, "%.3g", double(stats.mediaExcess));
+    diagnostics.warning(
+        "MEDIUM-BOUND", {},
+        "the extinction of '" + stats.excessMedium + "' was up to " + factor + " times what it was bounded by",
+        "the picture is right but noisier there",
+        "maxDensity of its material says how large it gets; or smoother patterns");
+  }
+  if (stats.mediaOverflows)
+    diagnostics.warning("MEDIUM-OVERLAP", {}, "more than 8 media overlap", "those entered last were left out there");
+  if (stats.endlessTracks)
+    diagnostics.warning("MEDIUM-ENDLESS", {},
+                        std::to_string(stats.endlessTracks) + " rays met a medium more than 65,536 times",
+                        "nothing came through there", "a smaller density, or maxDensity nearer to it");
+}
+
+void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, const scene::Scene& scene,
+                     Registry& registry, Diagnostics& diagnostics) {
+  const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
+  if (colour < 0) return;
+  const film::FilteredPixels filtered = output.filtered(f);
+  const bool isUnknown = alpha < 0;
+  bool isCovered = isUnknown;
+  float values[16];
+  for (int y = f.window().y0; y < f.window().y1; ++y)
+    for (int x = f.window().x0; x < f.window().x1; ++x) {
+      if (!filtered.find(colour, x, y, values)) f.resolvePixel(colour, x, y, values);
+      if (values[0] != 0 || values[1] != 0 || values[2] != 0) return;
+      if (isCovered) continue;
+      if (!filtered.find(alpha, x, y, values)) f.resolvePixel(alpha, x, y, values);
+      isCovered = values[0] != 0;
+    }
+  const std::string leftOut = isCovered ? lightsLeftOut(scene, registry) : "";
+  diagnostics.warning(
+      "RENDER-BLACK", scene.pos,
+      isCovered ? std::string("every pixel is black: ") + (isUnknown ? "the camera sees nothing, or " : "") +
+                      "no light reaches what " + (isUnknown ? "it" : "the camera") + " sees" +
+                      (leftOut.empty() ? "" : "; these lights are not rendered: " + leftOut)
+                : "every pixel is black and empty: the camera sees nothing",
+      "the picture is written",
+      isUnknown   ? "a Display with alpha, \"rgba\", would tell which"
+      : isCovered ? "look at the lights, their distance and their linking"
+                  : "look at the camera's transform, the clipping planes and the messages about objects left out");
+}
+
+}  // namespace kinora::render
