@@ -227,7 +227,12 @@ OIIO::ustring LevelMaker::add(const std::string& file) {
   LevelMaker* self = this;
   config.attribute(kMakerAttribute, OIIO::TypeDesc::PTR, &self);
   config.attribute(kFileAttribute, file);
-  cache_.add_file(name, createPyramidInput, &config);
+  {
+    const std::lock_guard lock(adding_);  // the entry's reader asks for mutex_
+    if (!added_.insert(name.string()).second) return name;
+    // an entry of a cache that was used before reads by a maker that is gone
+    cache_.add_file(name, createPyramidInput, &config, true);
+  }
   return name;
 }
 

@@ -8,6 +8,7 @@
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,8 @@ namespace kinora::texture {
 // The files with levels of one cache; goes before the cache does, and no lookup is under way then.
 class LevelMaker {
  public:
-  explicit LevelMaker(OIIO::ImageCache& cache) : cache_(cache) {}
+  using Lent = std::vector<OIIO::ImageCache::Perthread*>;  // see Asker
+  explicit LevelMaker(OIIO::ImageCache& cache, Lent lent = {}) : cache_(cache), idle_(std::move(lent)) {}
   ~LevelMaker();
   LevelMaker(const LevelMaker&) = delete;
   LevelMaker& operator=(const LevelMaker&) = delete;
@@ -25,6 +27,9 @@ class LevelMaker {
   // The cache's entry of `file` (a path, or a decoded twin's name) with levels, made when it is not there yet. Texels
   // have more bits than the file's (16 for 8, floats for all others), so that rounding does not add up over levels.
   OIIO::ustring add(const std::string& file);
+
+  // What it has lent, for the next one of the same cache.
+  Lent handOver() { return std::move(idle_); }
 
   // What the cache remembers for a thread. A reader that the cache has called cannot ask it with the caller's, which
   // is in the middle of a search; the cache's list of them only grows, so they are lent.
@@ -56,7 +61,9 @@ class LevelMaker {
 
   OIIO::ImageCache& cache_;
   std::mutex mutex_;
-  std::vector<OIIO::ImageCache::Perthread*> idle_;
+  std::mutex adding_;
+  std::set<std::string> added_;
+  Lent idle_;
   std::map<std::pair<std::string, int>, Kept> kept_;
 };
 

@@ -114,11 +114,51 @@ inline float safeRadius(float r, float blur) {
   return x > 0.f ? std::min(x, 4.f) : 0.f;  // NaN gives 0
 }
 
+// Tile caches that are not in use. The library knows what it keeps for a thread by the cache's address, and forgets it for
+// the thread alone that frees the cache: another cache in the same place would be asked with files of the one before, by
+// threads that live on. So caches are emptied and used again, and never freed.
+struct LentCache {
+  Cache* cache = nullptr;
+  texture::LevelMaker::Lent threads;  // the library cannot count once one of them was destroyed
+};
+class IdleCaches {
+ public:
+  static LentCache take() {
+    const std::lock_guard lock(mutex());
+    std::vector<LentCache>& list = idle();
+    if (list.empty()) return {Cache::create(false), {}};
+    LentCache lent = std::move(list.back());
+    list.pop_back();
+    return lent;
+  }
+  static void giveBack(LentCache lent) {
+    lent.cache->invalidate_all(true);  // files are looked at anew
+    lent.cache->reset_stats();
+    const std::lock_guard lock(mutex());
+    idle().push_back(std::move(lent));
+  }
+
+ private:
+  static std::mutex& mutex() {
+    static auto* const m = new std::mutex;
+    return *m;
+  }
+  static std::vector<LentCache>& idle() {
+    static auto* const list = new std::vector<LentCache>;
+    return *list;
+  }
+};
+
 struct OpenTextures final : texture::TextureStore {
   using Part = TextureSystem::Part;
   static constexpr int kNoTexture = TextureSystem::kNoTexture;
 
-  OpenTextures(Diagnostics& d, FileContents* c) : diagnostics(d), contents(c), cache(Cache::create(false)) {
+  OpenTextures(Diagnostics& d, FileContents* c) : OpenTextures(d, c, IdleCaches::take()) {}
+  OpenTextures(Diagnostics& d, FileContents* c, LentCache lent)
+      : diagnostics(d),
+        contents(c),
+        cache(lent.cache),
+        levels(std::make_unique<texture::LevelMaker>(*cache->imagecache(), std::move(lent.threads))) {
     cache->attribute("autotile", 64);
     // the library's coarse levels are points of the finer ones where sides are odd: PyramidInput makes them
     cache->attribute("automip", 0);
@@ -132,11 +172,9 @@ struct OpenTextures final : texture::TextureStore {
     cache->attribute("unassociatedalpha", 1);
     setCacheLimit(uint64_t(1) << 30);
   }
-  // the private tile cache is only freed when asked for
   ~OpenTextures() override {
     threads.clear();
-    levels.reset();
-    Cache::destroy(cache, true);
+    IdleCaches::giveBack({cache, levels->handOver()});
   }
 
   // The library ends the program when it holds ten times its limit: room for the largest tile that is let through.
@@ -731,7 +769,7 @@ struct OpenTextures final : texture::TextureStore {
   Diagnostics& diagnostics;
   FileContents* contents;
   Cache* cache;
-  std::unique_ptr<texture::LevelMaker> levels = std::make_unique<texture::LevelMaker>(*cache->imagecache());
+  std::unique_ptr<texture::LevelMaker> levels;
   std::mutex mutex;  // files, names
   std::vector<std::string> searchPath;
   std::string levelFolder;
