@@ -220,7 +220,7 @@ TEST(LightPathChannels, MalformedOnesAreToldAndSeen) {
           "test.rib:6: warning LPE-SYNTAX: the light path expression of channel \"bad\" is malformed at character"),
       std::string::npos)
       << all;
-  EXPECT_NE(all.find("\n    lpe:C<RD[DS]*L\n            ^\n"), std::string::npos) << all;
+  EXPECT_NE(all.find("\n    lpe:C<RD[DS]*L\n             ^\n"), std::string::npos) << all;
   EXPECT_NE(all.find("LPE-EMPTY"), std::string::npos) << all;
   EXPECT_NE(all.find("DISPLAY-CHANNEL-TYPE: channel \"wrong\""), std::string::npos) << all;
   EXPECT_NE(all.find("DISPLAY-CHANNEL-STATISTICS"), std::string::npos) << all;

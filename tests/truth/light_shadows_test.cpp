@@ -143,7 +143,9 @@ TEST(LightShadows, AreThoseOfVisibilityHoweverTheLightIsFound) {
         const auto m = overSeeds(scene(k, "", c.walls, split, c.attributes), 8);
         EXPECT_NEAR(m.mean(), c.share * free.mean(),
                     5 * (m.standardError() + free.standardError()) + 1e-3 * free.mean());
-        if (c.share > 0) EXPECT_LT(m.standardError(), 0.04 * m.mean());
+        if (c.share > 0) {
+          EXPECT_LT(m.standardError(), 0.04 * m.mean());
+        }
       }
     }
 }

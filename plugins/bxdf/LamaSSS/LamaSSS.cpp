@@ -49,7 +49,7 @@ constexpr const char* kLossless[] = {"color=1 1 1", nullptr};
 constexpr const char* kConserving[] = {
     "color=1 1 1; sssRadius=1 1 1; sssUnitLength=1",
     "color=0.8 0.6 0.4; sssRadius=1 0.5 0.2; sssUnitLength=1; sssMode=1; sssAnisotropy=0.5",
-    "color=0.8 0.6 0.4; sssRadius=1 0.5 0.2; sssUnitLength=1; sssMode=3", nullptr};
+    "color=0.8 0.8 0.8; sssRadius=0.01 0.01 0.01; sssUnitLength=1; sssMode=3", nullptr};
 
 struct LamaSSS {
   static constexpr bool kScatters = true;

@@ -147,10 +147,10 @@ TEST(PxrMarschnerHair, EyeAndLightAgreeOnTheWholeFibre) {
 TEST(PxrMarschnerHair, GlintsStandAtTheCaustic) {
   const double edge = std::sqrt((4 - 1.55 * 1.55) / 3),
                turn = std::abs(2 * std::asin(edge) - 4 * std::asin(edge / 1.55));
-  const BoundBxdf b(
-      *kinoraStock_PxrMarschnerHair(), widest(),
-      hairSetting(std::string(kWhite) + "specularGainR=0; specularGainTT=0; specularGainTRT=0; specularGlintWidth=4"),
-      fibre(0, {0.3}));
+  const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(),
+                    hairSetting(std::string(kWhite).append(
+                        "specularGainR=0; specularGainTT=0; specularGainTRT=0; specularGlintWidth=4")),
+                    fibre(0, {0.3}));
   Evaluation e(3);
   e.set(0, direction(-9 * kDegree, -turn));  // beside the normal at 0.3
   e.set(1, direction(-9 * kDegree, turn));
