@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "app/command_line.h"
@@ -263,14 +264,15 @@ class RenderRun {
                            "without -o each camera's part goes beside its picture");
       seen.resize(1);
     }
-    for (const size_t camera : seen) {
-      World view = world;
+    const std::vector<scene::Display> displays = std::exchange(scene.displays, {});
+    for (size_t i = 0; i < seen.size(); ++i) {
+      const size_t camera = seen[i];
+      World view = i + 1 < seen.size() ? world : std::move(world);
       scene::Scene& s = view.scene;
       std::rotate(s.cameras.begin(), s.cameras.begin() + long(camera), s.cameras.begin() + long(camera) + 1);
       s.coordinateSystems["camera"] = s.cameras[0].worldToCamera.inverse();
-      s.displays.clear();
       for (size_t d = 0; d < cameras.size(); ++d)
-        if (cameras[d] == camera) s.displays.push_back(scene.displays[d]);
+        if (cameras[d] == camera) s.displays.push_back(displays[d]);
       views.push_back(std::move(view));
     }
     return views;

@@ -1,6 +1,9 @@
 #include "light/light_motion.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace kinora::light {
 
@@ -72,26 +75,20 @@ void carryFromRest(const LightMotion& motion, float time, LightVector kind, floa
 
 void widen(LightDescription& d, const LightMotion& m) {
   const Reach reach = reachOf(m);
-  const double turned = std::acos(double(reach.cosTurn));
-  const auto wider = [&](float cosine) {
-    return float(std::cos(std::min(3.14159265358979, std::acos(std::clamp(double(cosine), -1.0, 1.0)) + turned)));
-  };
   if (d.isInfinite) {
     if (reach.cosTurn == 1) return;
     // the mean over the shutter is shorter than each: less of it lies in one direction
     double mean[3] = {0, 0, 0}, length2 = 0;
-    for (const LightMotion::Pose& p : m.poses) {
-      float axis[3] = {d.axis[0], d.axis[1], d.axis[2]};
-      turn(p.turn, 1, axis);
-      for (int c = 0; c < 3; ++c) mean[c] += axis[c] / double(m.poses.size());
+    std::vector<std::array<float, 3>> axes(m.poses.size(), {d.axis[0], d.axis[1], d.axis[2]});
+    for (size_t k = 0; k < axes.size(); ++k) {
+      turn(m.poses[k].turn, 1, axes[k].data());
+      for (int c = 0; c < 3; ++c) mean[c] += axes[k][c] / double(axes.size());
     }
     for (int c = 0; c < 3; ++c) length2 += mean[c] * mean[c];
     if (d.cosReach > 0) {
       // from the mean to where it is at any time
       double nearest = 1;
-      for (const LightMotion::Pose& p : m.poses) {
-        float axis[3] = {d.axis[0], d.axis[1], d.axis[2]};
-        turn(p.turn, 1, axis);
+      for (const std::array<float, 3>& axis : axes) {
         double along = 0, own = 0;
         for (int c = 0; c < 3; ++c) {
           along += mean[c] * axis[c];
@@ -129,7 +126,10 @@ void widen(LightDescription& d, const LightMotion& m) {
     d.center[c] = from + 0.5f * (reach.low[c] + reach.high[c]);
   }
   d.radius = float((own + std::sqrt(most2)) * (1 + 1e-5));
-  if (turns) d.cosNormals = wider(d.cosNormals);
+  if (turns) {
+    const double cone = std::acos(std::clamp(double(d.cosNormals), -1.0, 1.0)) + std::acos(double(reach.cosTurn));
+    d.cosNormals = float(std::cos(std::min(3.14159265358979, cone)));
+  }
 }
 
 }  // namespace kinora::light

@@ -1,6 +1,6 @@
 // How a light (or a light filter) moves while the shutter is open: rigidly, about where it stands in the middle of that
 // time. Plug-ins know their light at rest; points and rays are carried there before a plug-in is asked, and what it
-// answers back. Distances, radiances and densities are the same in both places. Built by render/light_motions.h.
+// answers back. Distances, radiances and densities are the same in both places. Built by render/light_places.h.
 #pragma once
 #include <kinora/light.h>
 

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "plugin/refused.h"
 #include "render/camera_parameters.h"
+#include "render/matrix_scale.h"
 #include "render/shutter.h"
 #include "scene/digests.h"
 #include "scene/uniform_keys.h"
@@ -14,13 +15,6 @@
 namespace kinora::render {
 
 namespace {
-
-bool finite(const scene::Matrix& m) {
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j)
-      if (!std::isfinite(m[i][j])) return false;
-  return true;
-}
 
 // Resolution and crop window. False with a message when they leave no pixel, or too many.
 bool setRaster(const scene::Scene& scene, const Settings& settings, Diagnostics& diagnostics, CameraState& c) {
@@ -84,7 +78,7 @@ void setPlace(scene::Camera& camera, Diagnostics& diagnostics, CameraState& c) {
   c.shutterClose = std::max(camera.shutter[1], camera.shutter[0]);
   const double middle = c.middle();
   c.worldToCamera = camera.worldToCamera.at(middle);
-  if (!finite(c.worldToCamera) || std::fabs(c.worldToCamera.determinant()) < 1e-30) {
+  if (!isFinite(c.worldToCamera) || std::fabs(c.worldToCamera.determinant()) < 1e-30) {
     diagnostics.warning("RENDER-CAMERA", camera.pos, "the camera's transform is singular or not finite",
                         "the identity is used");
     camera.worldToCamera = scene::Transform();

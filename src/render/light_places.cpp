@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "render/matrix_scale.h"
+
 namespace kinora::render {
 
 namespace {
@@ -17,12 +19,6 @@ scene::Matrix toRenderAt(const scene::Transform& toWorld, double time, const Cam
   scene::Matrix m = toWorld.at(time);
   for (int k = 0; k < 3; ++k) m[3][k] -= camera.origin[k];
   return m;
-}
-
-bool isFinite(const scene::Matrix& m) {
-  for (int i = 0; i < 16; ++i)
-    if (!std::isfinite(m[i / 4][i % 4])) return false;
-  return true;
 }
 
 struct Rigid {
@@ -83,12 +79,9 @@ void quaternionOf(const Imath::M33d& m, const float before[4], float q[4]) {
 
 Placement placementOf(const scene::Transform& toWorld, const CameraState& camera) {
   Placement p{};
-  scene::Matrix m = toWorld.at(camera.middle());
-  if (!isFinite(m)) m = scene::Matrix();
-  for (int k = 0; k < 3; ++k) {
-    m[3][k] -= camera.origin[k];
-    p.worldOrigin[k] = camera.origin[k];
-  }
+  scene::Matrix m = toRenderAt(toWorld, camera.middle(), camera);
+  if (!isFinite(m)) m = toRenderAt(scene::Transform{}, camera.middle(), camera);
+  for (int k = 0; k < 3; ++k) p.worldOrigin[k] = camera.origin[k];
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j) p.localToRender[4 * i + j] = m[i][j];
   p.isStatic = toWorld.isStatic();
@@ -100,26 +93,20 @@ LightMoves movesOf(const scene::Transform& toWorld, const CameraState& camera) {
   if (toWorld.isStatic() || !(length > 0)) return {};
   const scene::Matrix middle = toRenderAt(toWorld, camera.middle(), camera);
   const Imath::V3d pivot(middle[3][0], middle[3][1], middle[3][2]);
-  bool moves = false;
-  // what carries it from the middle to a part of the shutter
-  const auto carried = [&](double part) {
-    const scene::Matrix m = toRenderAt(toWorld, open + part * length, camera);
-    for (int i = 0; i < 16; ++i) moves = moves || m[i / 4][i % 4] != middle[i / 4][i % 4];
-    return m;
-  };
+  const auto matrixAt = [&](double part) { return toRenderAt(toWorld, open + part * length, camera); };
   std::vector<double> parts;
   for (const double t : toWorld.times)
     if (t > open && t < open + length) parts.push_back((t - open) / length);
-  for (const double p : {0.0, 1.0}) parts.push_back(p);
-  for (const double p : parts) carried(p);
-  if (!moves) return {};
+  parts.insert(parts.end(), {0, 1});
+  if (std::none_of(parts.begin(), parts.end(), [&](double part) { return matrixAt(part) != middle; })) return {};
   if (!isFinite(middle) || !(std::fabs(middle.determinant()) > 1e-30)) return {nullptr, false};
   const scene::Matrix back = middle.inverse();
 
   LightMoves out;
   auto motion = std::make_shared<light::LightMotion>();
   for (int c = 0; c < 3; ++c) motion->pivot[c] = float(pivot[c]);
-  const auto rigidAt = [&](double part) { return rigidPart(back * carried(part), pivot); };
+  // of what carries it from the middle to a part of the shutter
+  const auto rigidAt = [&](double part) { return rigidPart(back * matrixAt(part), pivot); };
   constexpr uint32_t kMost = 65;
   for (uint32_t n = 2; n <= kMost; n = 2 * n - 1) {
     motion->poses.assign(n, {});

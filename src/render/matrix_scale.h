@@ -1,10 +1,16 @@
-// How lengths and volumes grow from one space to another.
+// What a transform does to lengths and volumes, and whether it can be used at all.
 #pragma once
 #include <cmath>
 
 #include "scene/scene.h"
 
 namespace kinora::render {
+
+inline bool isFinite(const scene::Matrix& m) {
+  for (int i = 0; i < 16; ++i)
+    if (!std::isfinite(m[i / 4][i % 4])) return false;
+  return true;
+}
 
 // Of volumes; below 0 where the transform mirrors. Its translation and last column do not count.
 inline double volumeScaleOf(const scene::Matrix& m) {

@@ -41,11 +41,9 @@ Imath::Box3d ownBounds(const scene::Primitive& p) {
 
 // Rays and normals go through it and back without loss.
 bool isWellMade(const scene::Matrix& m) {
-  double size = 0;
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j)
-      if (!std::isfinite(m[i][j])) return false;
+  if (!isFinite(m)) return false;
   if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) return false;
+  double size = 0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) size = std::max(size, std::fabs(m[i][j]));
   return size > 1e-12 && size < 1e12 && std::fabs(volumeScaleOf(m)) > 1e-4 * size * size * size;

@@ -343,6 +343,18 @@ int ellipses(const Context* c, const char* name, Value axes[2]) {
   bool isNarrow = false;
   for (uint32_t i = 0; i < c->count && !isNarrow; ++i) isNarrow = c->spread[i] <= kNarrowSpread;
   if (!isNarrow) return 0;
+  const auto answer = [&](float* const a[4]) {
+    for (uint32_t k = 0; k < 2; ++k) {
+      axes[k] = Value();
+      axes[k].data[0] = a[2 * k];
+      axes[k].data[1] = a[2 * k + 1];
+      axes[k].stride = 1;
+      axes[k].components = 2;
+    }
+    return 1;
+  };
+  // one material has many lookups at the texture coordinates
+  if (!name && h.ellipses[0]) return answer(h.ellipses);
   SurfacePoints& surface = h.surface;
   const geometry::Primvar* const* of = nullptr;
   Implied implied = Implied::None;
@@ -365,14 +377,8 @@ int ellipses(const Context* c, const char* name, Value axes[2]) {
     if (isPlace && !(args.strand && args.strand[i])) continue;
     for (float* x : out) x[i] = 0;
   }
-  for (uint32_t k = 0; k < 2; ++k) {
-    axes[k] = Value();
-    axes[k].data[0] = out[2 * k];
-    axes[k].data[1] = out[2 * k + 1];
-    axes[k].stride = 1;
-    axes[k].components = 2;
-  }
-  return 1;
+  if (!name) std::copy_n(out, 4, h.ellipses);
+  return answer(out);
 }
 
 int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {

@@ -20,8 +20,9 @@ struct ContextHost {
   Value builtins[size_t(Builtin::Count)];
   bool haveBuiltin[size_t(Builtin::Count)] = {};
   bool computing = false;
-  SurfacePoints surface;  // where the points lie on the geometry
-  Slopes st{};            // of Builtin::St, once it was asked for
+  SurfacePoints surface;                                      // where the points lie on the geometry
+  Slopes st{};                                                // of Builtin::St, once it was asked for
+  float* ellipses[4] = {nullptr, nullptr, nullptr, nullptr};  // of the same, likewise
   // The vertices, by point.
   VertexState state;
   const float* ng[3] = {nullptr, nullptr, nullptr};  // as Hits::ng

@@ -523,54 +523,50 @@ TEST(Subsurface, LightSamplesAndRaysShareWhatComesOut) {
   EXPECT_SAME_MEAN(overSeeds(lamp, 8, "subsurface"), overSeeds(split, 8, "subsurface"), 0.01);
 }
 
+// What the middle of the ball shows under the constant sky.
+Moments underTheSky(const std::string& material) {
+  RenderRequest r;
+  r.rib = orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
+  SceneRender render(r);
+  EXPECT_TRUE(render.ok());
+  return overPixels(render.channel("Ci"), 1);
+}
+
 // The principled material has the same walks, below its dielectric.
 TEST(Subsurface, PrincipledMaterialWalksToo) {
-  const auto shown = [](const std::string& material) {
-    RenderRequest r;
-    r.rib =
-        orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
-    SceneRender render(r);
-    EXPECT_TRUE(render.ok());
-    return overPixels(render.channel("Ci"), 1);
-  };
   const std::string bare = "Bxdf \"PxrDisneyBsdf\" \"d\" \"float specReflectScale\" [0] \"float subsurface\" [1] ";
-  EXPECT_MEAN(shown(bare + color("subsurfaceColor", 1, 1, 1) + color("scatterDistance", 8, 4, 2)), 1, 0.005);
-  EXPECT_SAME_MEAN(shown(bare + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("scatterDistance", 2, 1, 0.5)),
-                   shown(wax(type(4) + color("subsurfaceColor", 0.9, 0.6, 0.3) +
-                             color("subsurfaceDmfpColor", 2, 1, 0.5) + number("subsurfaceDmfp", 1))),
+  EXPECT_MEAN(underTheSky(bare + color("subsurfaceColor", 1, 1, 1) + color("scatterDistance", 8, 4, 2)), 1, 0.005);
+  EXPECT_SAME_MEAN(underTheSky(bare + color("subsurfaceColor", 0.9, 0.6, 0.3) + color("scatterDistance", 2, 1, 0.5)),
+                   underTheSky(wax(type(4) + color("subsurfaceColor", 0.9, 0.6, 0.3) +
+                                   color("subsurfaceDmfpColor", 2, 1, 0.5) + number("subsurfaceDmfp", 1))),
                    0.005);
 }
 
 // LamaSSS against PxrSurface: its modes are types there, its lengths are in millimetres.
 TEST(Subsurface, LayeredMaterialsScatterAlike) {
-  const auto shown = [](const std::string& material) {
-    RenderRequest r;
-    r.rib =
-        orthographic(16, 0.5, 1024) + unbiased(8) + "WorldBegin\n" + kSky + material + "\n" + kBall + "WorldEnd\n";
-    SceneRender render(r);
-    EXPECT_TRUE(render.ok());
-    return overPixels(render.channel("Ci"), 1);
-  };
   const std::string lama = "Bxdf \"LamaSSS\" \"l\" \"float sssUnitLength\" [0.1] \"float sssScale\" [2] " +
                            color("sssColor", 0.9, 0.6, 0.3) + color("sssRadius", 5, 2.5, 1.25);
   const std::string surface = color("subsurfaceColor", 0.9, 0.6, 0.3) + color("subsurfaceDmfpColor", 1, 0.5, 0.25);
   const auto mode = [](int m) { return "\"int sssMode\" [" + std::to_string(m) + "] "; };
-  EXPECT_SAME_MEAN(shown(lama + mode(0) + number("sssBleed", 0.7)),
-                   shown(wax(type(5) + surface + number("subsurfaceDmfp", 1) + number("subsurfaceBleed", 0.7))),
+  EXPECT_SAME_MEAN(underTheSky(lama + mode(0) + number("sssBleed", 0.7)),
+                   underTheSky(wax(type(5) + surface + number("subsurfaceDmfp", 1) + number("subsurfaceBleed", 0.7))),
                    0.005);
   EXPECT_SAME_MEAN(
-      shown(lama + mode(1) + number("sssAnisotropy", 0.4)),
-      shown(wax(type(4) + surface + number("subsurfaceDmfp", 1) + number("subsurfaceDirectionality", 0.4))), 0.005);
-  EXPECT_SAME_MEAN(shown(lama + mode(2)), shown(wax(type(2) + surface + number("subsurfaceDmfp", 1))), 0.005);
+      underTheSky(lama + mode(1) + number("sssAnisotropy", 0.4)),
+      underTheSky(wax(type(4) + surface + number("subsurfaceDmfp", 1) + number("subsurfaceDirectionality", 0.4))),
+      0.005);
+  EXPECT_SAME_MEAN(underTheSky(lama + mode(2)), underTheSky(wax(type(2) + surface + number("subsurfaceDmfp", 1))),
+                   0.005);
   // by mean free paths: what a profile of the same scale says, here of the middle channel
   const double a = 0.6, ofDiffuse = 3.5 + 100 * std::pow(a - 0.33, 4),
                ofFlights = 1.9 - a + 3.5 * (a - 0.8) * (a - 0.8);
   const auto middle = color("subsurfaceColor", a, a, a) + color("subsurfaceDmfpColor", 1, 1, 1);
-  EXPECT_SAME_MEAN(shown(lama + mode(3) + color("sssRadius", 2.5, 2.5, 2.5) + color("sssColor", a, a, a)),
-                   shown(wax(type(2) + middle + number("subsurfaceDmfp", 0.5 * ofDiffuse / ofFlights))), 0.005);
-  EXPECT_MEAN(shown(lama + number("sssScale", 0)), 0.6, 0.005);  // Lambert's law
+  EXPECT_SAME_MEAN(underTheSky(lama + mode(3) + color("sssRadius", 2.5, 2.5, 2.5) + color("sssColor", a, a, a)),
+                   underTheSky(wax(type(2) + middle + number("subsurfaceDmfp", 0.5 * ofDiffuse / ofFlights))), 0.005);
+  EXPECT_MEAN(underTheSky(lama + number("sssScale", 0)), 0.6, 0.005);  // Lambert's law
   // by mean free paths a furnace is one too
-  EXPECT_MEAN(shown(lama + mode(1) + color("sssColor", 1, 1, 1) + "\"int albedoInversionMethod\" [1] "), 1, 0.005);
+  EXPECT_MEAN(underTheSky(lama + mode(1) + color("sssColor", 1, 1, 1) + "\"int albedoInversionMethod\" [1] "), 1,
+              0.005);
 }
 
 TEST(Subsurface, OtherIntegratorsReflect) {

@@ -5,6 +5,7 @@
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
 #include <kinora/pattern_author.h>
 
+#include "plugins/pattern/images/image_lookup.h"
 #include "plugins/pattern/slopes/surface_gradient.h"
 
 KINORA_KERNELS_BEGIN
@@ -31,14 +32,11 @@ constexpr Param kParams[] = {
     param::number("inputBump", 0.f).help("Accepted; heights come from the image."),
     param::string("filename", "").file().help("Image of heights."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
-    param::integer("atlasStyle", 0)
-        .range(0, 3)
-        .help("Accepted; the token in the file name says which files make the atlas."),
+    KINORA_IMAGE_ATLAS,
     param::integer("invertT", 1)
         .range(0, 1)
         .help("1: t counts up in the picture. Ignored where a manifold is connected."),
-    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
-    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
+    KINORA_IMAGE_BLUR,
     param::structure("manifold").gradients().help("Texture coordinates; st where not connected."),
     param::normal("inputN").help("Normal that the heights bend further."),
     param::integer("reverse", 0).range(0, 1).help("1: white is low."),

@@ -3,6 +3,7 @@
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrMultiTexture/PxrMultiTexture.cpp"
 #include <kinora/pattern_author.h>
 
+#include "plugins/pattern/images/image_lookup.h"
 #include "plugins/pattern/variation/vary.h"
 
 KINORA_KERNELS_BEGIN
@@ -11,14 +12,8 @@ enum : uint32_t {
   kManifold,
   kFilename0,
   kFirstChannel = kFilename0 + 10,
-  kInvertT,
-  kFilter,
-  kBlur,
-  kLerp,
-  kMissingColor,
-  kMissingAlpha,
-  kLinearize,
-  kRandomSource,
+  kImage,
+  kRandomSource = kImage + kImageParams,
   kRandomSeed,
   kRandomHue,
   kHueMode = kRandomHue + 4
@@ -40,67 +35,26 @@ constexpr Param kParams[] = {
     KINORA_FILE(8),
     KINORA_FILE(9),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the files that becomes red."),
-    param::integer("invertT", 1)
-        .range(0, 1)
-        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
-    param::integer("filter", 1)
-        .range(0, 7)
-        .options("0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian")
-        .help("Filter of lookups."),
-    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
-    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
-    param::color("missingColor", 1, 0, 1)
-        .fixed()
-        .help("Result where there is no image; magenta is shown as a checkerboard of two greys."),
-    param::number("missingAlpha", 1.f).fixed().help("resultA where there is no image."),
-    param::integer("linearize", 0).range(0, 1).help("1: the files store sRGB; it is decoded before it is filtered."),
+    KINORA_IMAGE_PARAMS,
     KINORA_VARY_SOURCE,
     param::number("randomSeed", 0.f).help("Another number, another set of variations."),
     KINORA_VARY_AMOUNTS("randomHue", "randomSaturation", "randomLuminance", "randomGamma"),
     KINORA_VARY_SIDES,
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
-    param::output(Type::Float, "resultA"),
+    KINORA_IMAGE_OUTPUTS,
 };
 #undef KINORA_FILE
 
 struct PxrMultiTexture {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
-    using F = Float<W>;
-    const Manifold m = surfaceManifold(*c, kManifold);
-    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
-    const Value blur = c->param(kBlur), missing = c->param(kMissingColor);
-    TextureOptions o;
-    o.firstChannel = fixedInteger(*c, kFirstChannel);
-    o.filter = fixedInteger(*c, kFilter);
-    o.interpolateLevels = fixedInteger(*c, kLerp);
-    o.linearize = fixedInteger(*c, kLinearize);
-    for (uint32_t k = 0; k < 3; ++k) o.missingColor[k] = missing.data[k][0];
-    o.missingAlpha = c->param(kMissingAlpha).data[0][0];
-    float *st[3], *radius[3], *rgb[3], *alpha[3];
-    Value place, size;
-    makeOutput(*c, place, 2, false, st);
-    makeOutput(*c, size, 1, false, radius);
+    const ImageLookup lookup(*c, kManifold, kImage + kImageInvertT);
+    float *rgb[3], *alpha[3];
     makeOutput(*c, args->outputs[0], 3, false, rgb);
     makeOutput(*c, args->outputs[4], 1, false, alpha);
-    const LookupEllipses ellipses(*c, kManifold, flip);
-    for (uint32_t i = 0; i < c->padded; i += W) {
-      const At at{i, false};
-      loadComponent<W>(m.q, 0, at).store(st[0] + i);
-      const F t = loadComponent<W>(m.q, 1, at);
-      (flip ? F(1.f) - t : t).store(st[1] + i);
-      (abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at)).store(radius[0] + i);
-      ellipses.store<W>(i, F(1.f), loadFloat<W>(blur, at), F(0.f));
-    }
-    const Value handles = chosen(*c, m);
     float* const rgba[4] = {rgb[0], rgb[1], rgb[2], alpha[0]};
-    c->fn->texture(c, &handles, st[0], st[1], radius[0], ellipses.axes(), &o, rgba);
-    for (uint32_t i = c->count; i < c->padded; ++i)
-      for (float* p : rgba) p[i] = p[c->count - 1];
-    vary<W>(*c, m, rgb);
+    lookup.read<W>(chosen(*c, lookup.manifold()), c->param(kImage + kImageBlur),
+                   imageOptions(*c, kImage, kFirstChannel), rgba);
+    vary<W>(*c, lookup.manifold(), rgb);
     shareComponents(*args, 0);
   }
   // Each point's file: numbers past the last one that is named go round.

@@ -4,6 +4,7 @@
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrNormalMap/PxrNormalMap.cpp"
 #include <kinora/pattern_author.h>
 
+#include "plugins/pattern/images/image_lookup.h"
 #include "plugins/pattern/slopes/surface_gradient.h"
 
 KINORA_KERNELS_BEGIN
@@ -41,14 +42,11 @@ constexpr Param kParams[] = {
     param::integer("flipX", 0).range(0, 1).help("1: red the other way."),
     param::integer("flipY", 0).range(0, 1).help("1: green the other way."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file that becomes red."),
-    param::integer("atlasStyle", 0)
-        .range(0, 3)
-        .help("Accepted; the token in the file name says which files make the atlas."),
+    KINORA_IMAGE_ATLAS,
     param::integer("invertT", 1)
         .range(0, 1)
         .help("1: t counts up in the picture, also in one behind inputRGB. Ignored where a manifold is connected."),
-    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
-    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
+    KINORA_IMAGE_BLUR,
     param::structure("manifold")
         .gradients()
         .help("Texture coordinates, which the normals lean along; st where not connected. Connect it for a picture "
@@ -74,15 +72,15 @@ struct PxrNormalMap {
     float* out[3];
     makeOutput(*c, args->outputs[0], 3, false, out);
     const bool off = fixedInteger(*c, kDisable) != 0, bumped = isBumped(overlay);
-    const Manifold m = off ? Manifold() : surfaceManifold(*c, kManifold, true);
-    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
-    const Value rgb = off ? Value() : encoded<W>(*c, m, flip);
+    const ImageLookup lookup(*c, kManifold, kInvertT, true);
+    const Manifold& m = lookup.manifold();
+    const Value rgb = off ? Value() : encoded<W>(*c, lookup);
     const int orientation = fixedInteger(*c, kOrientation);
     const bool turned = (fixedInteger(*c, kInvertBump) != 0) != (fixedInteger(*c, kReverse) != 0);
     const bool left = (orientation & 1) != 0, down = orientation >= 2;
     const F signX((left != (fixedInteger(*c, kFlipX) != 0)) != turned ? -2.f : 2.f);
     const F signY((down != (fixedInteger(*c, kFlipY) != 0)) != turned ? -2.f : 2.f);
-    const F up(flip ? 1.f : -1.f);  // t of pictures counts down
+    const F up(lookup.flips() ? 1.f : -1.f);  // t of pictures counts down
     for (uint32_t i = 0; i < c->padded; i += W) {
       const At at{i, false};
       const Surface<W> s(*c, at);
@@ -106,37 +104,23 @@ struct PxrNormalMap {
   }
   // The colour at all points: of the image where there is one.
   template <int W>
-  static Value encoded(const Context& c, const Manifold& m, bool flip) {
+  static Value encoded(const Context& c, const ImageLookup& lookup) {
     const Value handles = c.param(kFilename), input = c.param(kInputRGB);
     if (!hasFile(handles)) return input;
-    const Value blur = c.param(kBlur);
     TextureOptions o;
     o.firstChannel = fixedInteger(c, kFirstChannel);
     o.interpolateLevels = fixedInteger(c, kLerp);
     // a missing map leaves the surface flat
     o.missingColor[0] = o.missingColor[1] = 0.5f;
-    Value place, size, rgb, alpha;
-    float *st[3], *radius[3], *color[3], *a[3];
-    makeOutput(c, place, 2, false, st);
-    makeOutput(c, size, 1, false, radius);
+    Value rgb, alpha;
+    float *color[3], *a[3];
     makeOutput(c, rgb, 3, false, color);
     makeOutput(c, alpha, 1, false, a);
-    const LookupEllipses ellipses(c, kManifold, flip);
-    for (uint32_t i = 0; i < c.padded; i += W) {
-      const At at{i, false};
-      loadComponent<W>(m.q, 0, at).store(st[0] + i);
-      const Float<W> t = loadComponent<W>(m.q, 1, at);
-      (flip ? Float<W>(1.f) - t : t).store(st[1] + i);
-      (abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at)).store(radius[0] + i);
-      ellipses.store<W>(i, Float<W>(1.f), loadFloat<W>(blur, at), Float<W>(0.f));
-    }
     float* const rgba[4] = {color[0], color[1], color[2], a[0]};
-    c.fn->texture(&c, &handles, st[0], st[1], radius[0], ellipses.axes(), &o, rgba);
+    lookup.read<W>(handles, c.param(kBlur), o, rgba);
     // materials of the group that have no file
-    for (uint32_t i = 0; handles.stride && i < c.count; ++i)
+    for (uint32_t i = 0; handles.stride && i < c.padded; ++i)
       for (uint32_t k = 0; handleAt(handles, i) < 0 && k < 3; ++k) color[k][i] = input.data[k][input.stride ? i : 0];
-    for (uint32_t i = c.count; i < c.padded; ++i)
-      for (float* p : rgba) p[i] = p[c.count - 1];
     return rgb;
   }
 };

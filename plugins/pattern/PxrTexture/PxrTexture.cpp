@@ -3,20 +3,16 @@
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrTexture/PxrTexture.cpp"
 #include <kinora/pattern_author.h>
 
+#include "plugins/pattern/images/image_lookup.h"
+
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t {
   kFilename,
   kFirstChannel,
   kAtlasStyle,
-  kInvertT,
-  kFilter,
-  kBlur,
-  kLerp,
-  kMissingColor,
-  kMissingAlpha,
-  kLinearize,
-  kManifold,
+  kImage,
+  kManifold = kImage + kImageParams,
   kMipBias,
   kMaxResolution,
   kOptimizeIndirect,
@@ -31,24 +27,8 @@ constexpr Param kParams[] = {
         .file()
         .help("Image; <UDIM>, <U>_<V>, <u>_<v> or _MAPID_ in its name make it an atlas."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file that becomes red."),
-    param::integer("atlasStyle", 0)
-        .range(0, 3)
-        .options("0 nfalse, 1 UDIM, 2 u0_v0, 3 U1_V1")
-        .help("Accepted; the token in the file name says which files make the atlas."),
-    param::integer("invertT", 1)
-        .range(0, 1)
-        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
-    param::integer("filter", 1)
-        .range(0, 7)
-        .options("0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian")
-        .help("Filter of lookups."),
-    param::number("blur", 0.f).help("Added to the footprint, fraction of the image."),
-    param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels."),
-    param::color("missingColor", 1, 0, 1)
-        .fixed()
-        .help("Result where there is no image; magenta is shown as a checkerboard of two greys."),
-    param::number("missingAlpha", 1.f).fixed().help("resultA where there is no image."),
-    param::integer("linearize", 0).range(0, 1).help("1: the file stores sRGB; it is decoded before it is filtered."),
+    KINORA_IMAGE_ATLAS,
+    KINORA_IMAGE_PARAMS,
     param::structure("manifold").help("Texture coordinates; st where not connected."),
     param::integer("mipBias", 0)
         .range(-4, 4)
@@ -60,54 +40,23 @@ constexpr Param kParams[] = {
     param::number("saturation", 1.f).range(0, 2).help("0: grey, 1: as it is."),
     param::number("alphaScale", 1.f).help("Factor of resultA."),
     param::number("alphaOffset", 0.f).range(-1, 1).help("Added to resultA."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
-    param::output(Type::Float, "resultA"),
+    KINORA_IMAGE_OUTPUTS,
 };
 
 struct PxrTexture {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
-    const Value handles = c->param(kFilename), blur = c->param(kBlur);
-    const Value missing = c->param(kMissingColor), missingAlpha = c->param(kMissingAlpha);
-    const Manifold m = surfaceManifold(*c, kManifold);
-    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
-
-    TextureOptions o;
-    o.firstChannel = fixedInteger(*c, kFirstChannel);
-    const bool indirect = !(c->traits & kTraitPrimaryHit) && fixedInteger(*c, kOptimizeIndirect) != 0;
-    o.filter = indirect ? 1 : fixedInteger(*c, kFilter);
-    o.interpolateLevels = fixedInteger(*c, kLerp);
-    o.linearize = fixedInteger(*c, kLinearize);
-    for (uint32_t k = 0; k < 3; ++k) o.missingColor[k] = missing.data[k][0];
-    o.missingAlpha = missingAlpha.data[0][0];
-
-    float *st[3], *radius[3], *rgb[3], *alpha[3];
-    Value place, size;
-    makeOutput(*c, place, 2, false, st);
-    makeOutput(*c, size, 1, false, radius);
+    TextureOptions o = imageOptions(*c, kImage, kFirstChannel);
+    if (!(c->traits & kTraitPrimaryHit) && fixedInteger(*c, kOptimizeIndirect) != 0) o.filter = 1;
+    float *rgb[3], *alpha[3];
     makeOutput(*c, args->outputs[0], 3, false, rgb);
     makeOutput(*c, args->outputs[4], 1, false, alpha);
     const int bias = fixedInteger(*c, kMipBias), most = fixedInteger(*c, kMaxResolution);
-    const LookupEllipses ellipses(*c, kManifold, flip);
-    const F scale = exp2(F(float(bias))), least(most > 0 ? 1.f / float(most) : 0.f);
-    for (uint32_t i = 0; i < c->padded; i += W) {
-      const At at{i, false};
-      loadComponent<W>(m.q, 0, at).store(st[0] + i);
-      const F t = loadComponent<W>(m.q, 1, at);
-      (flip ? F(1.f) - t : t).store(st[1] + i);
-      // blur is taken per point here, so that options stay the same for all
-      max(fma(abs(loadFloat<W>(m.radius, at)), scale, loadFloat<W>(blur, at)), least).store(radius[0] + i);
-      ellipses.store<W>(i, scale, loadFloat<W>(blur, at), least);
-    }
     float* const rgba[4] = {rgb[0], rgb[1], rgb[2], alpha[0]};
-    c->fn->texture(c, &handles, st[0], st[1], radius[0], ellipses.axes(), &o, rgba);
-    // lookups fill the points; the padding repeats the last one
-    for (uint32_t i = c->count; i < c->padded; ++i)
-      for (float* p : rgba) p[i] = p[c->count - 1];
+    ImageLookup(*c, kManifold, kImage + kImageInvertT)
+        .read<W>(c->param(kFilename), c->param(kImage + kImageBlur), o, rgba, exp2(F(float(bias))),
+                 F(most > 0 ? 1.f / float(most) : 0.f));
     adjust<W>(*c, args);
     shareComponents(*args, 0);
   }
