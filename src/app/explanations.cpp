@@ -358,6 +358,10 @@ constexpr Explanation kRooms[] = {
      "of a surface that is diced where rays ask. The picture is the same, but each patch is diced again whenever "
      "another "
      "one was in between."},
+    {"VOLUME-CACHE",
+     "Grids of volumes take more than --volume-cache (Option \"limits\" \"int brickmemory\" in KiB, or half of the "
+     "memory limit) and lie in a file from there on, in the folder that TMPDIR names, else in /tmp or /var/tmp. That "
+     "file cannot be made or has no room, so that they are held in memory. The picture is the same."},
     {"DISPLACEMENT-KIND",
      "Curves and points have a displacement. Only surfaces are displaced: polygons, subdivision meshes, patches, "
      "NURBS, "
@@ -517,7 +521,8 @@ constexpr Explanation kRooms[] = {
      "The "
      "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
      "surface or a light that the camera sees itself; "
-     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, <L.'group'>, <RD[^'label']>, sets [...], and the operators | * + ? {n,m} ( )."},
+     "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, <L.'group'>, <RD[^'label']>, sets [...], and the "
+     "operators | * + ? {n,m} ( )."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
      "what is not told apart. The message says what the channel holds. A light that the camera sees itself is O, "

@@ -31,7 +31,7 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
   std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, geometryCache,
-                                               maxTime, snapshot;
+                                               volumeCache, maxTime, snapshot;
   std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };
@@ -120,7 +120,8 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
   }
   for (const auto& [option, text, to] : {std::tuple{"--memory-limit", &texts.memoryLimit, &out.memoryLimit},
                                          std::tuple{"--texture-cache", &texts.textureCache, &s.textureCacheBytes},
-                                         std::tuple{"--geometry-cache", &texts.geometryCache, &s.geometryCacheBytes}})
+                                         std::tuple{"--geometry-cache", &texts.geometryCache, &s.geometryCacheBytes},
+                                         std::tuple{"--volume-cache", &texts.volumeCache, &s.volumeCacheBytes}})
     if (!text->empty() && (*to = parseSize(*text)) == 0)
       return std::string(option) + " '" + *text + "' is no size: 4G, 512M";
   for (const auto& [option, text, to] : {std::tuple{"--max-time", &texts.maxTime, &out.maxSeconds},
@@ -229,6 +230,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("DIR");
   app.add_option("--geometry-cache", texts.geometryCache,
                  "memory for surfaces that are diced where rays ask; less costs time only")
+      ->type_name("SIZE");
+  app.add_option("--volume-cache", texts.volumeCache,
+                 "memory for grids of volume files, the rest of which lies in a file; less costs time only")
       ->type_name("SIZE");
   app.add_option("--max-time", texts.maxTime, "stop as SIGTERM would after this time: 90s, 5m, 2h")->type_name("T");
   app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")

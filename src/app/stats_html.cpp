@@ -209,6 +209,9 @@ class Page {
     put("<p class=note>Textures: {} lookups, {} misses, {} held, {} read, {} tiles of it again.</p>\n",
         s_.textureLookups, s_.textureMisses, asBytes(s_.textureBytes), asBytes(s_.textureBytesRead),
         s_.textureTilesAgain);
+    if (const auto& v = s_.volumes; v.memoryBytes + v.fileBytes)
+      put("<p class=note>Grids of volumes: {} in memory, {} in a file, {} in memory at most, {} pieces let go.</p>\n",
+          asBytes(v.memoryBytes), asBytes(v.fileBytes), asBytes(v.mostBytes), v.letGo);
   }
 
   void rays() {

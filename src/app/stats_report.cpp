@@ -186,6 +186,12 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   for (const auto& file : s.largestTextures)
     j["textures"]["largest"].push_back(
         {{"file", file.path}, {"bytes_read", file.bytesRead}, {"tiles_read_again", file.tilesAgain}});
+  if (const auto& v = s.volumes; v.memoryBytes + v.fileBytes)
+    j["volumes"] = {{"limit", v.limit},
+                    {"bytes_in_memory", v.memoryBytes},
+                    {"bytes_in_file", v.fileBytes},
+                    {"most_bytes", v.mostBytes},
+                    {"let_go", v.letGo}};
   Json slow = Json::array();
   for (const render::BucketTime& b : slowestBuckets(s, 5))
     slow.push_back({{"x", b.x}, {"y", b.y}, {"size", b.size}, {"seconds", double(b.nanoseconds) * 1e-9}});
@@ -345,6 +351,12 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
        asBytes(s.textureBytes), asBytes(s.textureBytesRead), s.textureTilesAgain);
   for (const auto& file : s.largestTextures)
     line("  {} read of {}, {} tiles of it again", asBytes(file.bytesRead), file.path, file.tilesAgain);
+  if (const auto& v = s.volumes; v.memoryBytes + v.fileBytes) {
+    line("");
+    line("Volumes");
+    line("  {} of grids in memory, {} in a file; {} in memory at most{}, {} pieces let go", asBytes(v.memoryBytes),
+         asBytes(v.fileBytes), asBytes(v.mostBytes), v.limit ? " of " + asBytes(v.limit) : "", v.letGo);
+  }
   line("");
   line("Film");
   line("  {} samples; {} not finite (dropped), {} saturated, {} negative", s.samples, s.nonFiniteSamples,

@@ -614,6 +614,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
                           "a closed mesh, a longer mean free path or a darker colour");
     const TextureStatistics t = builder.textures().statistics();
     builder.countLevels(stats);
+    builder.countVolumes(stats);
     stats.textureLookups = t.lookups;
     stats.textureMisses = t.cacheMisses;
     stats.textureBytes = t.cacheBytes;

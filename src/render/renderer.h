@@ -56,13 +56,14 @@ struct Settings {
   uint64_t textureCacheBytes = 0;                    // 0: default
   std::string textureFolder;                         // for levels of files that have none; "": none are kept
   uint64_t geometryCacheBytes = 0;                   // 0: what the scene says, else 1 GiB
-  volume::ReaderProgram volumeReader;                // reads files of volumes; without a command none are
-  double snapshotSeconds = 60;                       // 0: never
-  bool readsAllProcedurals = false;                  // before the first sample: the same picture
-  bool errorMap = false;                             // measure each pixel's error too, for the statistics
-  shade::RayListener* rayListener = nullptr;         // for measurements
-  std::atomic<bool>* stop = nullptr;                 // set by a signal: finish running buckets, then return
-  std::atomic<bool>* snapshotNow = nullptr;          // set by a signal: write the picture so far, then go on
+  uint64_t volumeCacheBytes = 0;  // of grids in memory; 0: what the scene says, else half of the memory limit, if any
+  volume::ReaderProgram volumeReader;         // reads files of volumes; without a command none are
+  double snapshotSeconds = 60;                // 0: never
+  bool readsAllProcedurals = false;           // before the first sample: the same picture
+  bool errorMap = false;                      // measure each pixel's error too, for the statistics
+  shade::RayListener* rayListener = nullptr;  // for measurements
+  std::atomic<bool>* stop = nullptr;          // set by a signal: finish running buckets, then return
+  std::atomic<bool>* snapshotNow = nullptr;   // set by a signal: write the picture so far, then go on
 };
 
 struct Progress {

@@ -128,6 +128,11 @@ struct Statistics {
   std::array<uint64_t, 2> lostBelow{};
   std::array<std::optional<uint32_t>, 2> lostPlacement;
   std::array<std::string, 2> lostObject;
+  // Grids of volume files: the bound of what lies in memory (0: none), what does, what lies in a file, the most that was in
+  // memory of both, and how often pieces of the file (2 MiB) were let go.
+  struct Volumes {
+    uint64_t limit = 0, memoryBytes = 0, fileBytes = 0, mostBytes = 0, letGo = 0;
+  } volumes;
   // textures
   uint64_t textureLookups = 0, textureMisses = 0, textureBytes = 0;
   uint64_t textureTilesAgain = 0, textureBytesRead = 0;  // tiles that the cache had dropped; read, uncompressed

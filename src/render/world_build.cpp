@@ -33,6 +33,15 @@ uint64_t geometryCacheOf(const scene::Scene& scene, const Settings& settings) {
   return Memory::limit() ? std::min(wanted, std::max(kLeast, Memory::left() / 4)) : wanted;
 }
 
+// Of grids of volumes that lie in memory, likewise; 0: all of them. What does not fit lies in a file.
+uint64_t volumeCacheOf(const scene::Scene& scene, const Settings& settings) {
+  constexpr uint64_t kLeast = 64 << 20;
+  const int own = scene.options.getInt("limits:brickmemory", 0);
+  if (settings.volumeCacheBytes) return settings.volumeCacheBytes;
+  if (own > 0) return uint64_t(own) << 10;
+  return Memory::limit() ? std::max(kLeast, Memory::left() / 2) : 0;
+}
+
 bool isSet(const scene::Scene& scene, const char* ofHider) {
   return !scene.hider || scene.hider->params.getInt(ofHider, 1) != 0;
 }
@@ -44,7 +53,6 @@ WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const S
       diagnostics_(diagnostics),
       settings_(settings),
       textures_(std::make_unique<TextureSystem>(diagnostics, &contents_)),
-      volumes_(std::make_unique<VolumeSystem>(diagnostics, settings.volumeReader, &contents_)),
       host_(diagnostics, textures_.get()),
       shaders_(diagnostics, &contents_) {
   width_ = settings.width ? settings.width : bestWidth();
@@ -118,12 +126,14 @@ bool WorldBuilder::openTextures(const scene::Scene& scene, Statistics& statistic
   if (isOther && isOpen_) {
     forgetPlugins();  // before the images that they point to
     contents_.forgetAll();
-    volumes_ = std::make_unique<VolumeSystem>(diagnostics_, settings_.volumeReader, &contents_);
     textures_ = std::make_unique<TextureSystem>(diagnostics_, &contents_);
     host_.setTextures(textures_.get());
     if (settings_.textureCacheBytes) textures_->setCacheLimit(settings_.textureCacheBytes);
     textures_->setLevelFolder(settings_.textureFolder);
   }
+  if (isOther)
+    volumes_ = std::make_unique<VolumeSystem>(diagnostics_, settings_.volumeReader, &contents_,
+                                              volumeCacheOf(scene, settings_));
   texturePath_ = std::move(path);
   isOpen_ = true;
   contents_.begin();
@@ -284,6 +294,11 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   shading_ = std::move(next);
   statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return true;
+}
+
+void WorldBuilder::countVolumes(Statistics& statistics) const {
+  const volume::VoxelStore::Counts c = volumes_->store().counts();
+  statistics.volumes = {volumes_->store().limit(), c.memoryBytes, c.fileBytes, c.mostBytes, c.wentOut};
 }
 
 void WorldBuilder::countLevels(Statistics& statistics) const {

@@ -61,6 +61,7 @@ class WorldBuilder {
 
   // What rays have asked for so far of surfaces that are diced on demand.
   void countLevels(Statistics& statistics) const;
+  void countVolumes(Statistics& statistics) const;
 
   const CameraState& camera() const { return camera_; }
   const shade::ShadingWorld& world() const { return *shading_; }

@@ -13,8 +13,8 @@ namespace kinora::scene {
 
 bool optionDecidesPixels(const Parameter& option) {
   static constexpr std::string_view kGroups[] = {"searchpath:", "statistics:", "ribparse:", "rib:", "bucket:"};
-  static constexpr std::string_view kNames[] = {"limits:bucketsize", "limits:threads", "limits:texturememory",
-                                                "limits:geocachememory", "shader:cache"};
+  static constexpr std::string_view kNames[] = {"limits:bucketsize",     "limits:threads",     "limits:texturememory",
+                                                "limits:geocachememory", "limits:brickmemory", "shader:cache"};
   const std::string_view name = option.name;
   return std::none_of(std::begin(kGroups), std::end(kGroups),
                       [&](std::string_view group) { return name.starts_with(group); }) &&

@@ -33,8 +33,8 @@ struct VolumeCalls {
 };
 
 // The grid that `read` gives (false: no more bytes), of `most` bytes; null with `error`, which is "" where the bytes
-// end too early. Throws MemoryExceeded or bad_alloc.
+// end too early. store: see VoxelGrid. Throws MemoryExceeded or bad_alloc.
 std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void* to, size_t bytes)>& read, uint64_t most,
-                                       std::string& error);
+                                       std::string& error, std::shared_ptr<VoxelStore> store = nullptr);
 
 }  // namespace kinora::volume

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -138,7 +139,7 @@ uint64_t physicalMemory() {
 ReaderProgram thisProgram() { return {{"/proc/self/exe", kReadCommand}}; }
 
 std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::string& path, const std::string& which,
-                                    std::string& error) {
+                                    std::string& error, std::shared_ptr<VoxelStore> store) {
   if (program.command.empty()) {
     error = "no program that reads it is known";
     return nullptr;
@@ -150,7 +151,9 @@ std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::str
     return nullptr;
   }
   // a small file may not fill the machine, however well it is packed
-  const uint64_t most = uint64_t(std::min({double(Memory::left()), double(physicalMemory()), 0x1p30 + 100 * size}));
+  const bool isBounded = store && store->limit() > 0;
+  const uint64_t most = uint64_t(
+      std::min({isBounded ? HUGE_VAL : double(Memory::left()), double(physicalMemory()), 0x1p30 + 100 * size}));
   std::vector<std::string> words = program.command;
   words.insert(words.end(), {path, which, std::to_string(most), std::to_string(long(std::min(seconds + 1, 1e6)))});
   Descriptor in, out;
@@ -168,7 +171,8 @@ std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::str
   out.close();
   const auto wait = std::chrono::duration<double>(std::min(2 * seconds, 1e6));
   PipeReader pipe(in.number, Clock::now() + std::chrono::duration_cast<Clock::duration>(wait));
-  auto grid = receiveGrid([&](void* to, size_t bytes) { return pipe.read(to, bytes); }, most, error);
+  auto grid =
+      receiveGrid([&](void* to, size_t bytes) { return pipe.read(to, bytes); }, most, error, std::move(store));
   if (grid || !error.empty()) return grid;
   if (pipe.isLate()) {
     error = "it was not read within " + std::to_string(long(std::min(2 * seconds, 1e6))) + " seconds";

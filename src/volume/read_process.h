@@ -21,9 +21,10 @@ inline constexpr const char* kReadCommand = "read-volume";
 ReaderProgram thisProgram();
 
 // Reader and grid may each take 1 GiB and a hundred times the file's size, within the machine's memory and what
-// --memory-limit leaves. Null with `error` where there is none. Throws MemoryExceeded or bad_alloc.
+// --memory-limit leaves; that does not bound what a store keeps in a file. Null with `error` where there is none. Throws
+// MemoryExceeded or bad_alloc.
 std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::string& path, const std::string& which,
-                                    std::string& error);
+                                    std::string& error, std::shared_ptr<VoxelStore> store = nullptr);
 
 // What the started process does, with the words after the command: its exit code.
 int serveGrid(const std::vector<std::string>& words);

@@ -8,7 +8,7 @@ std::string gridByNumber(int number) { return "#" + std::to_string(number); }
 std::string gridByName(const std::string& name) { return "=" + name; }
 
 std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>& read, uint64_t most,
-                                       std::string& error) {
+                                       std::string& error, std::shared_ptr<VoxelStore> store) {
   error.clear();
   std::unique_ptr<VoxelGrid> grid;
   uint64_t records = 0, next = 0;
@@ -35,7 +35,7 @@ std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>&
         error = why;
         return nullptr;
       }
-      grid = std::make_unique<VoxelGrid>(shape);
+      grid = std::make_unique<VoxelGrid>(shape, store);
       continue;
     }
     if (!grid) return nullptr;

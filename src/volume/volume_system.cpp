@@ -53,7 +53,7 @@ const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& 
   std::string why = "it holds no volumes (OpenVDB)";
   std::unique_ptr<VoxelGrid> grid;
   try {
-    if (image::holdsVolumes(path)) grid = volume::readGrid(program_, path, which, why);
+    if (image::holdsVolumes(path)) grid = volume::readGrid(program_, path, which, why, store_);
   } catch (const std::exception& e) {
     grid.reset();
     why = e.what();
@@ -63,6 +63,10 @@ const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& 
                          "lookups give the missing colour");
     return nullptr;
   }
+  if (!store_->failure().empty() && !std::exchange(toldOfStore_, true))
+    diagnostics_.warning("VOLUME-CACHE", {},
+                         "volumes beyond --volume-cache cannot lie in a file: " + store_->failure(),
+                         "they are held in memory", "TMPDIR names a folder with room");
   // one grid may be asked for by name, by number and as the usual one
   const auto [it, isNew] = held_.try_emplace({path, grid->shape().subimage}, nullptr);
   if (isNew) it->second = std::move(grid);

@@ -19,8 +19,13 @@ namespace kinora {
 class VolumeSystem {
  public:
   // contents: what the files hold is noted there; it outlives the system.
-  VolumeSystem(Diagnostics& diagnostics, volume::ReaderProgram program, FileContents* contents = nullptr)
-      : diagnostics_(diagnostics), program_(std::move(program)), contents_(contents) {}
+  // cacheBytes: see VoxelStore, whose bound it is.
+  VolumeSystem(Diagnostics& diagnostics, volume::ReaderProgram program, FileContents* contents = nullptr,
+               uint64_t cacheBytes = 0)
+      : diagnostics_(diagnostics),
+        program_(std::move(program)),
+        contents_(contents),
+        store_(std::make_shared<volume::VoxelStore>(cacheBytes)) {}
   VolumeSystem(const VolumeSystem&) = delete;
   VolumeSystem& operator=(const VolumeSystem&) = delete;
 
@@ -30,6 +35,7 @@ class VolumeSystem {
   std::string find(const std::string& file) const;
   // A grid, named as volume/grid_stream.h says; null after a message. `asker`: "a shader".
   const volume::VoxelGrid* grid(const std::string& file, const std::string& which, const std::string& asker);
+  const volume::VoxelStore& store() const { return *store_; }
 
  private:
   std::string place(const std::string& file, bool& isExact) const;
@@ -39,6 +45,8 @@ class VolumeSystem {
   Diagnostics& diagnostics_;
   const volume::ReaderProgram program_;
   FileContents* const contents_;
+  const std::shared_ptr<volume::VoxelStore> store_;
+  bool toldOfStore_ = false;
   mutable std::mutex mutex_;
   std::vector<std::string> searchPath_;
   using Key = std::pair<std::string, std::string>;

@@ -64,8 +64,10 @@ const char* GridShape::disbelief() const {
   return nullptr;
 }
 
-VoxelGrid::VoxelGrid(const GridShape& shape)
-    : shape_(shape), stride_{uint64_t(shape.bricks(0)), uint64_t(shape.bricks(0)) * uint64_t(shape.bricks(1))} {
+VoxelGrid::VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store)
+    : shape_(shape),
+      stride_{uint64_t(shape.bricks(0)), uint64_t(shape.bricks(0)) * uint64_t(shape.bricks(1))},
+      store_(store ? std::move(store) : std::make_shared<VoxelStore>(0)) {
   for (int k = 0; k < 3; ++k) offset_[k] = shape.first[k] - shape.firstBrick(k) * GridShape::kSide;
   memory_.add(shape.brickCount() * sizeof(float*));
   table_.resize(shape.brickCount());
@@ -73,12 +75,13 @@ VoxelGrid::VoxelGrid(const GridShape& shape)
 
 float* VoxelGrid::addBrick(uint64_t number) {
   const size_t floats = size_t(GridShape::kVoxels) * size_t(shape_.channels);
-  if (slabs_.empty() || usedOfSlab_ == kSlab) {
-    memory_.add(kSlab * floats * sizeof(float));
-    slabs_.push_back(std::make_unique_for_overwrite<float[]>(kSlab * floats));
+  if (!slab_ || usedOfSlab_ == kSlab) {
+    slab_ = store_->add(kSlab * floats);
+    brickBytes_ += kSlab * floats * sizeof(float);
     usedOfSlab_ = 0;
   }
-  float* const brick = slabs_.back().get() + usedOfSlab_++ * floats;
+  float* const brick = slab_ + usedOfSlab_++ * floats;
+  store_->use(brick);
   table_[number] = brick;
   return brick;
 }
@@ -107,6 +110,7 @@ const float* VoxelGrid::voxel(const int32_t at[3]) const {
   uint32_t i[3];
   for (int k = 0; k < 3; ++k) i[k] = uint32_t(at[k] + offset_[k]);
   const float* const brick = table_[(i[0] >> 3) + (i[1] >> 3) * stride_[0] + (i[2] >> 3) * stride_[1]];
+  if (brick) store_->use(brick);
   return brick ? brick + ((i[0] & 7) + (i[1] & 7) * 8 + (i[2] & 7) * 64) * uint32_t(shape_.channels) : nullptr;
 }
 

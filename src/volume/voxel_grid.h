@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/memory.h"
+#include "volume/voxel_store.h"
 
 namespace kinora::volume {
 
@@ -40,10 +41,11 @@ struct GridShape {
 
 class VoxelGrid {
  public:
-  // Throws MemoryExceeded or bad_alloc. The shape is one without disbelief().
-  explicit VoxelGrid(const GridShape& shape);
+  // Throws MemoryExceeded or bad_alloc. The shape is one without disbelief(). store: of its bricks; null: its own, all
+  // of it in memory.
+  explicit VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store = nullptr);
   const GridShape& shape() const { return shape_; }
-  uint64_t bytes() const { return memory_.bytes(); }
+  uint64_t bytes() const { return memory_.bytes() + brickBytes_; }  // wherever bricks lie
   // Room for the brick of that number (x fastest), to be filled by the caller: channels of a voxel side by side,
   // voxels x fastest. Throws as the constructor does.
   float* addBrick(uint64_t number);
@@ -67,8 +69,10 @@ class VoxelGrid {
   int32_t offset_[3];   // of the box's first voxel in its brick
   uint64_t stride_[2];  // of the table
   std::vector<const float*> table_;
-  std::vector<std::unique_ptr<float[]>> slabs_;  // of kSlab bricks
+  std::shared_ptr<VoxelStore> store_;
+  float* slab_ = nullptr;  // of kSlab bricks, the one that is being filled
   uint32_t usedOfSlab_ = 0;
+  uint64_t brickBytes_ = 0;
   const float* lastConstant_ = nullptr;
   MemoryHold memory_{MemoryUse::Textures};
 };

@@ -25,6 +25,7 @@ class MediumFiles : public Shaders {
         "Volume \"blobbydso:impl_openvdb.so\" [0 6 0 6 2 6] [0 0 0] \"constant string[2] blobbydso:stringargs\" " +
         arguments + "\nWorldEnd\n";
     r.settings.texturePath = {KINORA_SOURCE_DIR "/tests/shaders"};
+    r.settings.volumeCacheBytes = cacheBytes_;
     r.settings.volumeReader = {{KINORA_PROGRAM, volume::kReadCommand}, 60};
     SceneRender render(r);
     EXPECT_TRUE(render.ok());
@@ -34,9 +35,12 @@ class MediumFiles : public Shaders {
     else
       for (const std::string& m : render.messages()) ADD_FAILURE() << m;
     const testing::Moments m = overPixels(render.channel("Ci"));
+    volumes_ = render.renderer().statistics().volumes;
     EXPECT_LT(m.standardError(), 0.004);
     return m.mean();
   }
+  uint64_t cacheBytes_ = 0;
+  render::Statistics::Volumes volumes_;
 };
 
 // The trilinear grid along z at whole x, y: four voxels, 0 from one beyond them on.
@@ -65,6 +69,24 @@ TEST_F(MediumFiles, FillVolumesByName) {
   EXPECT_NEAR(
       through(3, 2, dark + thin + "\"string densityFloatPrimVar\" [\"density\"]\n", "[\"volumes.vdb\" \"density\"]"),
       want, 0.012);
+}
+
+TEST_F(MediumFiles, BricksBeyondTheCacheLieInAFile) {
+  const auto look = [&](uint64_t cacheBytes) {
+    cacheBytes_ = cacheBytes;
+    return through(
+        3, 2,
+        "Bxdf \"PxrVolume\" \"m\" \"color diffuseColor\" [0 0 0] \"color densityColor\" [0.002 0.002 0.002] "
+        "\"string densityFloatPrimVar\" [\"density\"]\n",
+        "[\"volumes.vdb\" \"density\"] \"varying float density\" []");
+  };
+  const double inMemory = look(0);
+  EXPECT_GT(volumes_.memoryBytes, 0u);
+  EXPECT_EQ(volumes_.fileBytes, 0u);
+  const uint64_t bytes = volumes_.memoryBytes;
+  EXPECT_EQ(look(1), inMemory);
+  EXPECT_EQ(volumes_.memoryBytes, 0u);
+  EXPECT_GE(volumes_.fileBytes, bytes);
 }
 
 TEST_F(MediumFiles, WhatIsNotThereIsMist) {
