@@ -254,7 +254,7 @@ std::vector<uint32_t> WorldBuilder::metUnread() const {
 }
 
 void WorldBuilder::findBytes(std::map<uint32_t, uint64_t>& ofInstances) const {
-  constexpr uint64_t kHierarchy = 110;  // of a primitive: measured, 90 to 120 for triangles
+  constexpr uint64_t kOfTriangle = 65, kOfStrand = 116;  // of Embree's hierarchies, as docs/performance.md has them
   const std::vector<const geometry::Mesh*> meshes = meshes_.all();
   std::set<uint32_t> counted;
   for (uint32_t k = 0; k < flat_->placements.size(); ++k) {
@@ -264,7 +264,8 @@ void WorldBuilder::findBytes(std::map<uint32_t, uint64_t>& ofInstances) const {
     const uint32_t part = flat_->partOf(k);
     if (!counted.insert(part).second) continue;
     for (const uint32_t s : flat_->parts[part].shapes)
-      bytes->second += meshes[s]->bytes() + meshes[s]->primitiveCount() * kHierarchy;
+      bytes->second +=
+          meshes[s]->bytes() + meshes[s]->primitiveCount() * (meshes[s]->isStrand() ? kOfStrand : kOfTriangle);
   }
 }
 

@@ -34,6 +34,27 @@ class Folder {
   std::string path_;
 };
 
+// What the scene of a folder says.
+struct Said {
+  std::optional<scene::Scene> scene;
+  std::shared_ptr<const scene::ProceduralSources> procedurals;
+};
+
+inline Said readScene(const Folder& folder, Diagnostics& diagnostics, bool allowExec = false) {
+  Said out;
+  rib::ReadOptions reading;
+  reading.delaysProcedurals = true;
+  reading.allowExec = allowExec;
+  reading.programSeconds = 0.5;
+  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
+    out.scene = std::move(s);
+    out.procedurals = reader.procedurals();
+  });
+  EXPECT_TRUE(reader.readFile(folder.file("scene.rib")));
+  reader.finish();
+  return out;
+}
+
 struct Rendered {
   render::Outcome outcome = render::Outcome::Internal;
   std::vector<int64_t> sums;
@@ -49,18 +70,7 @@ inline Rendered rendered(const Folder& folder, render::Settings settings, bool a
   Diagnostics diagnostics([&](const std::string& line, Severity s) {
     if (s != Severity::Info) out.said += line + "\n";
   });
-  std::optional<scene::Scene> scene;
-  std::shared_ptr<const scene::ProceduralSources> procedurals;
-  rib::ReadOptions reading;
-  reading.delaysProcedurals = true;
-  reading.allowExec = allowExec;
-  reading.programSeconds = 0.5;
-  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
-    scene = std::move(s);
-    procedurals = reader.procedurals();
-  });
-  EXPECT_TRUE(reader.readFile(folder.file("scene.rib")));
-  reader.finish();
+  auto [scene, procedurals] = readScene(folder, diagnostics, allowExec);
   if (!scene) return out;
   if (settings.threads == 0) settings.threads = 1;
   settings.texturePath = settings.shaderPath = {folder.file("")};

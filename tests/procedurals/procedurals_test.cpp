@@ -119,6 +119,18 @@ TEST(Procedurals, LightPathsMeetThem) {
         3, 3);
 }
 
+// What light paths leave is looked at once more in a world that holds more, and where that was said before.
+TEST(Procedurals, LightPathsMeetWhatIsSaidFirstLast) {
+  expectSame({{"scene.rib", world(delayed("0 4 -6", "c.rib", "-1 1 -1 1 -1 1") + delayed("1 .2 4", "b.rib") +
+                                      delayed("-1 0 5", "a.rib") + delayed("-1.5 0 4", "d.rib"),
+                                  "Integrator \"PxrVCM\" \"i\" \"int maxPathLength\" [5]\n")},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes},
+              {"c.rib", kBoxes + delayed("0 0 0", "d.rib")},
+              {"d.rib", kBall}},
+             5, 5);
+}
+
 TEST(Procedurals, PathsThatLearn) {
   expectSame({{"scene.rib",
                world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib"),
@@ -251,26 +263,19 @@ TEST(Procedurals, AnEditedSceneIsAFreshOne) {
        {"b.rib", kBoxes},
        {"c.rib", kBall}});
   Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
-  std::optional<scene::Scene> scene;
-  std::shared_ptr<const scene::ProceduralSources> procedurals;
-  rib::ReadOptions reading;
-  reading.delaysProcedurals = true;
-  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
-    scene = std::move(s);
-    procedurals = reader.procedurals();
-  });
-  ASSERT_TRUE(reader.readFile(folder.file("scene.rib")));
-  reader.finish();
+  const Said said = readScene(folder, diagnostics);
+  ASSERT_TRUE(said.scene);
+  scene::Scene scene = *said.scene;
   render::Settings settings;
   settings.threads = 2;
   settings.samplesPerPixel = 4;
   Registry registry;
   render::Renderer renderer(registry, diagnostics, settings);
-  ASSERT_TRUE(renderer.load(*scene, procedurals));
+  ASSERT_TRUE(renderer.load(scene, said.procedurals));
   ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
   uint32_t moved = 0;
-  for (const auto& [id, source] : *procedurals) moved = std::max(moved, id);
+  for (const auto& [id, source] : *said.procedurals) moved = std::max(moved, id);
   const auto edit = [&](scene::Scene& s) {
     EXPECT_TRUE(
         s.setPrimitiveTransform(moved, scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0, 1, 5)))));
@@ -280,9 +285,9 @@ TEST(Procedurals, AnEditedSceneIsAFreshOne) {
   ASSERT_TRUE(renderer.update());
   ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
-  edit(*scene);
+  edit(scene);
   render::Renderer fresh(registry, diagnostics, settings);
-  ASSERT_TRUE(fresh.load(*scene, procedurals));
+  ASSERT_TRUE(fresh.load(scene, said.procedurals));
   ASSERT_EQ(fresh.renderFilm(), render::Outcome::Complete);
   EXPECT_TRUE(stateOf(renderer.film()) == stateOf(fresh.film()));
 }
@@ -293,22 +298,15 @@ TEST(Procedurals, AnEditReadsWhatItReached) {
                        {"a.rib", kBall},
                        {"b.rib", kBoxes}});
   Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
-  std::optional<scene::Scene> scene;
-  std::shared_ptr<const scene::ProceduralSources> procedurals;
-  rib::ReadOptions reading;
-  reading.delaysProcedurals = true;
-  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
-    scene = std::move(s);
-    procedurals = reader.procedurals();
-  });
-  ASSERT_TRUE(reader.readFile(folder.file("scene.rib")));
-  reader.finish();
+  const Said said = readScene(folder, diagnostics);
+  ASSERT_TRUE(said.scene);
+  scene::Scene scene = *said.scene;
   render::Settings settings;
   settings.threads = 1;
   settings.samplesPerPixel = 2;
   Registry registry;
   render::Renderer renderer(registry, diagnostics, settings);
-  ASSERT_TRUE(renderer.load(*scene, procedurals));
+  ASSERT_TRUE(renderer.load(scene, said.procedurals));
   ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
   const double seconds = renderer.statistics().proceduralReadSeconds;
@@ -318,7 +316,7 @@ TEST(Procedurals, AnEditReadsWhatItReached) {
   };
   const auto fresh = [&] {
     render::Renderer other(registry, diagnostics, settings);
-    EXPECT_TRUE(other.load(renderer.scene(), procedurals));
+    EXPECT_TRUE(other.load(renderer.scene(), said.procedurals));
     return renders(other);
   };
   // a light is turned off: both are there
