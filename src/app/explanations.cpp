@@ -263,6 +263,19 @@ constexpr Explanation kRooms[] = {
      "parts of the picture may lack it. The message says by which factor the bound must be larger. "
      "--read-procedurals "
      "reads all of them first."},
+    {"RENDER-PROCEDURAL-BUDGET",
+     "Archives and programs that are read when rays meet them are dropped and read again where they do not fit in "
+     "their "
+     "budget together (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB, or a half of "
+     "--memory-limit). "
+     "Paths are followed in groups, of which a small one has 16. Some of these meet more at the same time than the "
+     "budget holds, so that it is passed for their sake. The picture is the same."},
+    {"RENDER-PROCEDURAL-CHANGED",
+     "An archive, or what a program prints, is not what it was when it was first read for this frame: it had been "
+     "dropped "
+     "to keep a budget of memory, and was read again. What it gives now is used from there on. Samples that were "
+     "taken "
+     "before saw what it gave before, and parts of the frame do not merge with others. Each file is named once."},
     {"RENDER-FLAT",
      "An object, or one placing of it, has a transformation that leaves it no volume to speak of, or makes it so "
      "small or "

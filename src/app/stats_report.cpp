@@ -11,6 +11,7 @@
 
 #include "app/progress_reporter.h"
 #include "app/stats_html.h"
+#include "base/memory.h"
 #include "image/atomic_file.h"
 #include "render/version.h"
 
@@ -101,6 +102,12 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
   if (s.procedurals)
     j["procedurals"] = {{"met", s.procedurals},
                         {"read", s.proceduralsRead},
+                        {"read_again", s.proceduralsAgain},
+                        {"dropped", s.proceduralsDropped},
+                        {"budget", s.proceduralBudget},
+                        {"bytes", s.proceduralBytes},
+                        {"most_bytes", s.proceduralMostBytes},
+                        {"largest_bytes", s.proceduralLargest},
                         {"worlds", s.proceduralWorlds},
                         {"read_seconds", s.proceduralReadSeconds},
                         {"build_seconds", s.proceduralBuildSeconds}};
@@ -323,6 +330,11 @@ std::string statsAsText(const Statistics& s, const StatsHeading& heading) {
     line("  {} procedurals: {} read in {:.2f} s, {} that no ray has met; {} worlds made for them in {:.2f} s",
          s.procedurals, s.proceduralsRead, s.proceduralReadSeconds, s.procedurals - s.proceduralsRead,
          s.proceduralWorlds, s.proceduralBuildSeconds);
+  if (s.proceduralsRead)
+    line("  they hold {}, {} at most{}, the largest {}; {} dropped, {} times one was read again",
+         asBinaryBytes(s.proceduralBytes), asBinaryBytes(s.proceduralMostBytes),
+         s.proceduralBudget ? " of " + asBinaryBytes(s.proceduralBudget) : std::string(),
+         asBinaryBytes(s.proceduralLargest), s.proceduralsDropped, s.proceduralsAgain);
   if (s.micropolygons)
     line("  {} displaced micropolygons, shaded and moved in {:.2f} s (objects made at a time count each)",
          s.micropolygons, s.displaceSeconds);

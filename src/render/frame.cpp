@@ -21,6 +21,7 @@ namespace kinora::render {
 namespace {
 
 constexpr int kBlock = ActiveBlocks::kSide;
+constexpr uint32_t kPathsOfBlock = kBlock * kBlock;
 
 uint64_t now() {
   return uint64_t(
@@ -53,14 +54,11 @@ class Frame::RayLoop final : public Hider {
     const uint32_t size = frame_.in_.groupSize;
     uint32_t n = 0;
     shade::GroupState& s = w.state();
-    uint32_t group = 0;
+    Groups groups(frame_, b.number, size / kPathsOfBlock);
     const auto run = [&] {
-      if (frame_.isWanted(b.number, group)) {
-        w.beginTry();
-        frame_.cameraGroup(w, n, b.stage);
-        if (frame_.keep(w, b.number, group)) retire(n);
-      }
-      ++group;
+      w.beginTry();
+      frame_.cameraGroup(w, n, b.stage);
+      if (frame_.keep(w, b.number, groups.first(), groups.last())) retire(n);
       n = 0;
     };
     w.begin(size, StageKind::CameraPaths);
@@ -70,8 +68,9 @@ class Frame::RayLoop final : public Hider {
           // a block that touches the window is traced whole: its packet must not depend on the crop
           if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
           if (b.active && !b.active->isActive(x0, y0)) continue;
+          if (!groups.next()) continue;
           frame_.addBlock(s, x0, y0, sample, n);
-          if (n == size) {
+          if (groups.isFull()) {
             run();
             w.begin(size, StageKind::CameraPaths);
           }
@@ -245,29 +244,53 @@ bool Frame::parallel(const std::function<bool(size_t worker)>& next) {
   return !stopped;
 }
 
-bool Frame::isWanted(uint64_t item, uint32_t group) const {
-  return !isAgain_ || std::binary_search(again_.begin(), again_.end(), Void{item, group});
+Frame::Groups::Groups(const Frame& frame, uint64_t item, uint32_t blocks)
+    : frame_(frame), item_(item), blocks_(blocks), again_(frame.again_.begin()) {
+  if (frame.isAgain_) again_ = std::lower_bound(frame.again_.begin(), frame.again_.end(), Void{item, 0, 0, {}});
 }
 
-bool Frame::keep(Worker& w, uint64_t item, uint32_t group) {
+bool Frame::Groups::next() {
+  const uint32_t block = at_++;
+  if (!frame_.isAgain_) {
+    first_ = block / blocks_ * blocks_;
+    last_ = first_ + blocks_;
+    return true;
+  }
+  while (again_ != frame_.again_.end() && again_->item == item_ && again_->last <= block) ++again_;
+  if (again_ == frame_.again_.end() || again_->item != item_ || again_->first > block) return false;
+  first_ = again_->first;
+  last_ = again_->last;
+  return true;
+}
+
+bool Frame::keep(Worker& w, uint64_t item, uint32_t first, uint32_t last) {
   if (w.keepTry()) return true;
-  void_[w.index].push_back({item, group});
+  void_[w.index].push_back({item, first, last, {w.metUnread(), {}, last - first < 2}});
   return false;
 }
 
-bool Frame::readMet() {
+bool Frame::readMet(std::vector<WaitingGroup*>& groups) {
   if (in_.statistics) addWorkers(*in_.statistics);
   for (auto& t : times_->byWorker) t = {0, 0, 0, 0};
   workers_.clear();  // they point into the world that goes
-  if (!in_.readMet || !in_.readMet()) return false;
+  if (!in_.readMet || !in_.readMet(groups)) return false;
   makeWorkers();
   return true;
 }
 
+// Of a group that is tried alone.
+bool Frame::readMet(WaitingGroup& group, const Worker& w) {
+  group.met = w.metUnread();
+  std::vector<WaitingGroup*> alone{&group};
+  return readMet(alone);
+}
+
 bool Frame::forEachItem(uint64_t items, const std::function<void(Worker& w, uint64_t item)>& run) {
   std::vector<uint64_t> list;
+  std::vector<Void> waiting;  // in order; their turn has not come
   bool isDone = true;
   isAgain_ = false;
+  again_.clear();
   for (;;) {
     std::atomic<uint64_t> next{0};
     const uint64_t count = isAgain_ ? list.size() : items;
@@ -277,21 +300,43 @@ bool Frame::forEachItem(uint64_t items, const std::function<void(Worker& w, uint
       run(*workers_[t], isAgain_ ? list[i] : i);
       return true;
     });
-    again_.clear();
-    for (std::vector<Void>& v : void_) {
-      again_.insert(again_.end(), v.begin(), v.end());
-      v.clear();
+    for (std::vector<Void>& all : void_) {
+      for (Void& v : all) {
+        // what a group met in earlier tries it still needs
+        if (const auto it = std::lower_bound(again_.begin(), again_.end(), v); it != again_.end() && !(v < *it))
+          v.waiting.needs = std::move(it->waiting.needs);
+        waiting.push_back(std::move(v));
+      }
+      all.clear();
     }
-    if (!isDone || again_.empty()) break;
-    std::sort(again_.begin(), again_.end());
+    again_.clear();
+    if (!isDone || waiting.empty()) break;
+    std::sort(waiting.begin(), waiting.end());
+    std::vector<WaitingGroup*> groups;
+    for (Void& v : waiting) groups.push_back(&v.waiting);
+    if (!(isDone = readMet(groups))) break;
+    std::vector<Void> later;
+    for (Void& v : waiting) {
+      const uint32_t middle = v.first + (v.last - v.first) / 2;
+      if (v.waiting.turn == WaitingGroup::Turn::Later) {
+        v.waiting.met.clear();
+        later.push_back(std::move(v));
+      } else if (v.waiting.turn == WaitingGroup::Turn::Halves) {
+        again_.push_back({v.item, v.first, middle, {}});
+        again_.push_back({v.item, middle, v.last, {}});
+      } else {
+        again_.push_back(std::move(v));
+      }
+    }
+    waiting = std::move(later);
     list.clear();
     for (const Void& v : again_)
       if (list.empty() || list.back() != v.item) list.push_back(v.item);
-    if (!(isDone = readMet())) break;
     isAgain_ = true;
   }
   isAgain_ = false;
   again_.clear();
+  for (std::vector<Void>& all : void_) all.clear();
   return isDone;
 }
 
@@ -321,14 +366,12 @@ bool Frame::teach(const Lesson& lesson) {
   const bool isDone = forEachItem(uint64_t(columns) * uint64_t(rows), [&](Worker& w, uint64_t item) {
     const int left = int(item) % columns * kTile, top = int(item) / columns * kTile;
     shade::GroupState& s = w.state();
-    uint32_t n = 0, group = 0;
+    uint32_t n = 0;
+    Groups groups(*this, item, in_.groupSize / kPathsOfBlock);
     const auto run = [&] {
-      if (isWanted(item, group)) {
-        w.beginTry();
-        cameraGroup(w, n, 0);
-        keep(w, item, group);
-      }
-      ++group;
+      w.beginTry();
+      cameraGroup(w, n, 0);
+      keep(w, item, groups.first(), groups.last());
       n = 0;
     };
     w.begin(in_.groupSize, StageKind::CameraPaths);
@@ -337,8 +380,9 @@ bool Frame::teach(const Lesson& lesson) {
         for (int x0 = left; x0 < left + kTile; x0 += kBlock) {
           if (!learned_->teaches(x0, y0, sample)) continue;
           if (lesson.done && lesson.done->isActive(x0, y0)) continue;
+          if (!groups.next()) continue;
           addBlock(s, x0, y0, sample, n);
-          if (n == in_.groupSize) {
+          if (groups.isFull()) {
             run();
             w.begin(in_.groupSize, StageKind::CameraPaths);
           }
@@ -405,10 +449,15 @@ bool Frame::renderPass(int first, int last) {
       const uint64_t perItem = in_.groupSize;
       const uint64_t items = (paths + perItem - 1) / perItem;
       stopped = !forEachItem(items * uint64_t(last - first), [&](Worker& w, uint64_t i) {
-        const uint64_t from = (i % items) * perItem;
-        w.beginTry();
-        lightPaths(w, from, uint32_t(std::min(perItem, paths - from)), first + int(i / items), s);
-        keep(w, i, 0);
+        const uint64_t from = (i % items) * perItem, to = std::min(from + perItem, paths);
+        Groups groups(*this, i, in_.groupSize / kPathsOfBlock);
+        for (uint64_t block = from; block < to; block += kPathsOfBlock) {
+          if (!groups.next() || !(groups.isFull() || block + kPathsOfBlock >= to)) continue;
+          const uint64_t begin = from + groups.first() * kPathsOfBlock;
+          w.beginTry();
+          lightPaths(w, begin, uint32_t(std::min(block + kPathsOfBlock, to) - begin), first + int(i / items), s);
+          keep(w, i, groups.first(), groups.last());
+        }
       });
     }
     if (store_ && !stopped) endStage(s, first, last);
@@ -677,11 +726,11 @@ bool Frame::replayEarlierStages(int sample, uint32_t& camera) {
     const uint64_t paths = pathsOf(stages_[s]);
     for (int k = first; k < last; ++k)
       for (uint64_t from = 0; from < paths; from += in_.groupSize)
-        for (;;) {
+        for (WaitingGroup waiting;;) {
           workers_[0]->beginTry();
           lightPaths(*workers_[0], from, uint32_t(std::min<uint64_t>(in_.groupSize, paths - from)), k, s);
           if (workers_[0]->keepTry()) break;
-          if (!readMet()) return false;
+          if (!readMet(waiting, *workers_[0])) return false;
         }
     endStage(s, first, last);
   }
@@ -695,10 +744,10 @@ bool Frame::replay(int x, int y, int sample, const std::function<void(const std:
   if (x < 0 || y < 0 || x >= res[0] || y >= res[1] || sample < 0) return false;
   setThreadFloatMode();
   if (learned_ && !learnUpTo(sample)) return false;
-  for (;;) {
+  for (WaitingGroup waiting;;) {
     std::vector<std::string> lines;
     const Replayed how = replayOnce(x, y, sample, [&](const std::string& line) { lines.push_back(line); });
-    if (how == Replayed::Failed || (how == Replayed::Void && !readMet())) return false;
+    if (how == Replayed::Failed || (how == Replayed::Void && !readMet(waiting, *workers_[0]))) return false;
     if (how == Replayed::Void) continue;
     for (const std::string& line : lines) print(line);
     return true;

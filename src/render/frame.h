@@ -15,6 +15,7 @@
 #include "render/filters.h"
 #include "render/hider.h"
 #include "render/learned_state.h"
+#include "render/reading_plan.h"
 #include "render/services.h"
 
 namespace kinora::render {
@@ -41,9 +42,10 @@ struct FrameInput {
   bool jitter = true;
   std::atomic<bool>* stop = nullptr;
   shade::RayListener* rayListener = nullptr;
-  // Reads what rays have met that had not been read, and makes another world in the place of `world`; false when it was
-  // stopped. Asked between groups; statistics of workers that the old world had are added to `statistics` before.
-  std::function<bool()> readMet;
+  // Reads what rays of some of these groups have met that had not been read, and makes another world in the place of
+  // `world`; false when it was stopped. Sets the groups' turns, and adds to their needs. Asked between groups;
+  // statistics of workers that the old world had are added to `statistics` before.
+  std::function<bool(std::vector<WaitingGroup*>&)> readMet;
   Statistics* statistics = nullptr;
 };
 
@@ -86,18 +88,36 @@ class Frame {
   };
   // One loop a thread; each takes the next item until there is none. False when stopped.
   bool parallel(const std::function<bool(size_t worker)>& next);
-  // A group of an item, by its number in it, that is void since its rays met what has not been read.
+  // Paths of an item, which stand in blocks of kBlock x kBlock: those of blocks [first, last) are a group. It is void
+  // when its rays met what has not been read.
   struct Void {
     uint64_t item;
-    uint32_t group;
-    auto operator<=>(const Void&) const = default;
+    uint32_t first, last;
+    WaitingGroup waiting;
+    bool operator<(const Void& o) const { return item != o.item ? item < o.item : first < o.first; }
   };
-  // All items, on all threads; then again those with void groups, once what these met has been read, until there are
-  // none. run() asks isWanted() before each group and keep() after it.
+  // Goes through the blocks of an item: which are rendered now, and where groups end.
+  class Groups {
+   public:
+    Groups(const Frame& frame, uint64_t item, uint32_t blocks);  // `blocks`: of a group that is tried first
+    // The next block; false: it is not rendered now.
+    bool next();
+    bool isFull() const { return at_ == last_; }  // the block is the last one of its group
+    uint32_t first() const { return first_; }
+    uint32_t last() const { return at_; }
+
+   private:
+    const Frame& frame_;
+    uint64_t item_;
+    uint32_t blocks_, at_ = 0, first_ = 0, last_ = 0;  // at_: behind the block
+    std::vector<Void>::const_iterator again_;
+  };
+  // All items, on all threads; then again void groups, once what these met has been read, until there are none. run()
+  // goes through each item's Groups and asks keep() after each.
   bool forEachItem(uint64_t items, const std::function<void(Worker& w, uint64_t item)>& run);
-  bool isWanted(uint64_t item, uint32_t group) const;
-  bool keep(Worker& w, uint64_t item, uint32_t group);
-  bool readMet();
+  bool keep(Worker& w, uint64_t item, uint32_t first, uint32_t last);
+  bool readMet(std::vector<WaitingGroup*>& groups);
+  bool readMet(WaitingGroup& group, const Worker& w);
   void makeWorkers();
   void addWorkers(Statistics& s) const;
   bool renderPass(int first, int last);
@@ -123,7 +143,7 @@ class Frame {
   std::vector<uint64_t> bucketTimes_;  // nanoseconds; each entry is one worker's at a time
   film::SplatFilter splatFilter_;
   std::vector<std::unique_ptr<Worker>> workers_;
-  bool isAgain_ = false;                 // only groups of again_ are rendered
+  bool isAgain_ = false;                 // only the groups of again_ are rendered
   std::vector<Void> again_;              // in order
   std::vector<std::vector<Void>> void_;  // by worker
   std::unique_ptr<Hider> rayLoop_;

@@ -42,10 +42,12 @@ void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const sc
 
 void warnOfBounds(const Procedurals& procedurals, WorldBuilder& builder, Diagnostics& diagnostics) {
   std::map<uint32_t, Imath::Box3d> found;
-  for (const Procedurals::Read& r : procedurals.lastRead()) found[r.instance];
+  for (const Procedurals::Read& r : procedurals.lastRead())
+    if (!r.isAgain) found[r.instance];
   if (found.empty()) return;
   builder.findBounds(found);
   for (const Procedurals::Read& r : procedurals.lastRead()) {
+    if (r.isAgain) continue;
     const Imath::Box3d &is = found[r.instance], &said = r.bound;
     if (is.isEmpty()) continue;
     double factor = 1, most = 0, largest = 0;

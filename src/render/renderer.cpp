@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
+#include <map>
 #include <thread>
 
 #include "base/memory.h"
@@ -72,6 +74,7 @@ struct Renderer::Impl {
   Convergence convergence;
   uint64_t takenAtDecision = 0;  // of samplesTaken
   const Hider* hider = nullptr;
+  uint64_t plans = 0;  // of what procedurals are held
   FrameIdentity identity;
   Clock::time_point loadedAt;
   MemoryHold sceneHeld{MemoryUse::Description}, filmHeld{MemoryUse::Film}, picturesHeld{MemoryUse::Pictures};
@@ -183,7 +186,6 @@ struct Renderer::Impl {
   }
 
   bool makeFilm() {
-    procedurals.forget();
     procedurals.begin(scene);
     builder.openShaders(procedurals.scene());
     // what has not been read may need it
@@ -251,7 +253,7 @@ struct Renderer::Impl {
     in.jitter = hasJitter(scene);
     in.stop = settings.stop;
     in.rayListener = settings.rayListener;
-    in.readMet = [this] { return readProcedurals(builder.metUnread()); };
+    in.readMet = [this](std::vector<WaitingGroup*>& groups) { return readFor(groups); };
     in.statistics = &stats;
     frame = std::make_unique<Frame>(in);
     recordBudget = {};
@@ -290,11 +292,12 @@ struct Renderer::Impl {
     sceneHeld.set(scene.bytes());
     if (!prepare() || !makeFilm()) return false;
     if (!buildWorld()) return false;
-    stats.proceduralsRead = procedurals.readCount();
-    stats.procedurals = procedurals.total();
+    countProcedurals();
     identity.start(scene, builder.contents(), registry, isEdited);
     isEdited = true;
     // what is read from here on is no part of what the frame is known by: that must not follow from which rays there are
+    if (procedurals.resume(builder.contents()) && !nextWorld()) return false;
+    countProcedurals();
     if ((settings.readsAllProcedurals || asksObjectsUnseen()) && !readAllProcedurals()) return false;
     if (procedurals.delayed().unread.empty())  // else nobody knows what is in there
       warnOfChannels(*plan, builder, scene, diagnostics);
@@ -321,37 +324,132 @@ struct Renderer::Impl {
     return false;
   }
 
-  // Some of those that have not been read, and a world that holds them. Everything else of it is as it was.
-  bool readProcedurals(const std::vector<uint32_t>& which) {
+  // Drops some procedurals, reads others, and makes a world of what is held then. Everything else of it is as it was.
+  bool changeProcedurals(const std::vector<uint32_t>& drop, const std::vector<uint32_t>& read) {
+    // The world that goes holds what is dropped. Where that is too much beside what is read, another one takes its place
+    // before.
+    uint64_t together = 0;
+    for (uint32_t k = 0; k < procedurals.all().size(); ++k)
+      if (procedurals.all()[k].isHeld) together += procedurals.all()[k].bytes;
+    for (const uint32_t k : read) together += procedurals.all()[k].bytes;
+    procedurals.drop(drop);
+    if (!drop.empty() && together > proceduralBudget() / 5 * 6) {
+      if (!nextWorld()) return false;
+      procedurals.countAsGone();
+    }
     const auto start = Clock::now();
     isReady = false;
-    procedurals.read(which, builder.contents(), diagnostics, settings.stop);
-    if (settings.stop && settings.stop->load()) {
-      isReady = true;  // of the world before, which is still there
-      return false;
+    // those inside of others once these are there
+    for (std::vector<uint32_t> left = read; !left.empty();) {
+      std::vector<uint32_t> now, later;
+      for (const uint32_t k : left) {
+        const uint32_t inside = procedurals.all()[k].inside;
+        (inside == HeldProcedural::kNone || procedurals.all()[inside].isHeld ? now : later).push_back(k);
+      }
+      if (now.empty()) break;
+      procedurals.read(now, builder.contents(), diagnostics, settings.stop);
+      if (settings.stop && settings.stop->load()) {
+        isReady = true;  // of the world before, which is still there
+        return false;
+      }
+      left = std::move(later);
     }
-    sceneHeld.set(scene.bytes() + procedurals.scene().bytes());
     stats.proceduralReadSeconds += since(start);
-    const auto built = Clock::now();
+    if (!nextWorld()) return false;
+    std::map<uint32_t, uint64_t> bytes;
+    for (const Procedurals::Read& r : procedurals.lastRead()) bytes[r.instance];
+    builder.findBytes(bytes);
+    if (proceduralBudget()) {
+      std::map<uint32_t, std::vector<Imath::Box3d>> cells;
+      for (const Procedurals::Read& r : procedurals.lastRead())
+        if (!procedurals.hasCells(r.number)) cells[r.instance];
+      builder.findCells(cells);
+      for (const Procedurals::Read& r : procedurals.lastRead())
+        if (const auto it = cells.find(r.instance); it != cells.end())
+          procedurals.setCells(r.number, std::move(it->second));
+    }
+    for (const Procedurals::Read& r : procedurals.lastRead()) procedurals.setBytes(r.number, bytes[r.instance]);
+    warnOfBounds(procedurals, builder, diagnostics);
+    procedurals.settle();
+    countProcedurals();
+    return true;
+  }
+
+  bool nextWorld() {
+    const auto start = Clock::now();
+    isReady = false;
+    sceneHeld.set(scene.bytes() + procedurals.scene().bytes());
     builder.openShaders(procedurals.scene());
     std::vector<ShaderCost> before = std::move(stats.shaders);
     diagnostics.setRepeating(true);
     isReady = buildWorld();
     diagnostics.setRepeating(false);
     addCosts(before);
-    if (isReady) warnOfBounds(procedurals, builder, diagnostics);
-    stats.proceduralBuildSeconds += since(built);
-    stats.proceduralsRead = procedurals.readCount();
-    stats.procedurals = procedurals.total();
+    stats.proceduralBuildSeconds += since(start);
     ++stats.proceduralWorlds;
     return isReady;
   }
 
+  void countProcedurals() {
+    const Procedurals::Counts& c = procedurals.counts();
+    stats.procedurals = c.met;
+    stats.proceduralsRead = c.read;
+    stats.proceduralsAgain = c.again;
+    stats.proceduralsDropped = c.dropped;
+    stats.proceduralBytes = c.bytes;
+    stats.proceduralMostBytes = c.mostBytes;
+    stats.proceduralLargest = c.largest;
+    stats.proceduralBudget = proceduralBudget();
+  }
+
+  // Bytes that procedurals may hold: as much as the geometry cache where somebody has said how much that is, and a half
+  // of the limit on memory. 0: all of them.
+  uint64_t proceduralBudget() const {
+    const int own = scene.options.getInt("limits:geocachememory", 0);
+    uint64_t budget = settings.geometryCacheBytes ? settings.geometryCacheBytes : own > 0 ? uint64_t(own) << 10 : 0;
+    if (const uint64_t half = Memory::limit() / 2) budget = budget ? std::min(budget, half) : half;
+    return budget;
+  }
+
+  // Lets groups of rays go on that have met what is not held.
+  bool readFor(std::vector<WaitingGroup*>& groups) {
+    for (WaitingGroup* g : groups) {
+      for (const uint32_t bound : g->met)
+        for (uint32_t k = procedurals.numberOfUnread(builder.placeOfUnread(bound)); k != HeldProcedural::kNone;
+             k = procedurals.all()[k].inside)
+          g->needs.push_back(k);
+      g->met.clear();
+      std::sort(g->needs.begin(), g->needs.end());
+      g->needs.erase(std::unique(g->needs.begin(), g->needs.end()), g->needs.end());
+    }
+    uint64_t budget = proceduralBudget();
+    // records between stages name what stands in the world
+    if (!budget || frame->store()) budget = std::numeric_limits<uint64_t>::max();
+    std::vector<uint32_t> needed;
+    for (const WaitingGroup* g : groups) needed.insert(needed.end(), g->needs.begin(), g->needs.end());
+    std::sort(needed.begin(), needed.end());
+    needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+    if (proceduralBudget()) procedurals.expectSizes(needed);
+    const ReadingPlan p = planReading(groups, procedurals.all(), budget);
+    ++plans;
+    for (const WaitingGroup* g : groups)
+      if (g->turn == WaitingGroup::Turn::Now)
+        for (const uint32_t k : g->needs) procedurals.setNeeded(k, plans);
+    if (p.needed > budget)
+      diagnostics.warning(
+          "RENDER-PROCEDURAL-BUDGET", scene.pos,
+          fmt::format("paths that are followed together meet procedurals of {}, more than the {} that those may hold",
+                      asBinaryBytes(p.needed), asBinaryBytes(budget)),
+          "they are held together", "a larger --geometry-cache, or archives with less in each");
+    if (p.read.empty() && p.drop.empty()) return true;
+    return changeProcedurals(p.drop, p.read);
+  }
+
   bool readAllProcedurals() {
     while (!procedurals.delayed().unread.empty()) {
-      std::vector<uint32_t> all(procedurals.delayed().unread.size());
-      for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-      if (!readProcedurals(all)) return false;
+      std::vector<uint32_t> all;
+      for (uint32_t i = 0; i < procedurals.delayed().unread.size(); ++i) all.push_back(procedurals.numberOfUnread(i));
+      if (!changeProcedurals({}, all)) return false;
     }
     return true;
   }

@@ -1,6 +1,7 @@
 #include "render/services.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include "render/surface_channels.h"
 #include "sampling/draw.h"
 #include "shade/tees.h"
+#include "trace/unread_notes.h"
 
 namespace kinora::render {
 
@@ -387,8 +389,11 @@ void Worker::begin(uint32_t count, StageKind stage) {
 
 void Worker::beginTry() {
   try_.isOpen = state_.world().world->unread() != nullptr;
+  trace::UnreadNotes::ofThread() = {};
   if (!try_.isOpen) return;
   try_.notes = trace::UnreadBounds::notesOfThread();
+  try_.met.assign((state_.world().world->unread()->size() + 63) / 64, 0);
+  trace::UnreadNotes::ofThread() = {try_.met.data(), try_.met.size()};
   try_.counters = state_.counters;
   try_.lightRays = lightRays;
   try_.splats.clear();
@@ -407,6 +412,7 @@ void Worker::beginLook() {
 
 void Worker::endLook() {
   try_.isOpen = false;
+  trace::UnreadNotes::ofThread() = {};
   try_.splats.clear();
   state_.counters = try_.counters;
   lightRays = try_.lightRays;
@@ -415,6 +421,7 @@ void Worker::endLook() {
 bool Worker::keepTry() {
   if (!try_.isOpen) return true;
   try_.isOpen = false;
+  trace::UnreadNotes::ofThread() = {};
   if (trace::UnreadBounds::notesOfThread() != try_.notes) {
     const auto spent = std::to_array(state_.counters.nanoseconds);
     state_.counters = try_.counters;
@@ -430,6 +437,14 @@ bool Worker::keepTry() {
     film_.splat({1, s.channel, &s.x, &s.y, &first, values});
   }
   return true;
+}
+
+std::vector<uint32_t> Worker::metUnread() const {
+  std::vector<uint32_t> out;
+  for (uint32_t w = 0; w < try_.met.size(); ++w)
+    for (uint64_t bits = try_.met[w]; bits; bits &= bits - 1)
+      out.push_back(64 * w + uint32_t(std::countr_zero(bits)));
+  return out;
 }
 
 const float* const* Worker::values() {

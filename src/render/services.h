@@ -91,6 +91,8 @@ class Worker {
   // splats, counts) counts once keepTry() has found that none of its rays met such a part, and is taken back otherwise.
   void beginTry();
   bool keepTry();
+  // Which those were, by number in the world's UnreadBounds, of the last try that was not kept.
+  std::vector<uint32_t> metUnread() const;
   // The same for what is to leave nothing behind but records.
   void beginLook();
   void endLook();
@@ -163,6 +165,7 @@ class Worker {
   std::vector<uint8_t> takesSplat_;  // by splat channel, state and end
   struct Try {
     uint64_t notes = 0;
+    std::vector<uint64_t> met;  // a bit for each unread bound of the world
     shade::GroupCounters counters;
     uint64_t lightRays = 0;
     std::vector<size_t> records;  // by list of the store

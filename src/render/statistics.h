@@ -88,6 +88,10 @@ struct Statistics {
   // Procedurals that are read when rays meet them, of the last load() or update() on: met in the description and in what
   // was read, read, worlds made for them, and the time of both.
   uint64_t procedurals = 0, proceduralsRead = 0, proceduralWorlds = 0;
+  // Those that were dropped to keep a budget, and read once more; bytes that they hold at the end, held at most, and of
+  // the largest one; the budget, 0: there is none.
+  uint64_t proceduralsDropped = 0, proceduralsAgain = 0;
+  uint64_t proceduralBytes = 0, proceduralMostBytes = 0, proceduralLargest = 0, proceduralBudget = 0;
   double proceduralReadSeconds = 0, proceduralBuildSeconds = 0;
   double displaceSeconds = 0;                 // shading and moving them; meshes made at a time count each
   uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;  // over all load() and update() calls

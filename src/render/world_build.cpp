@@ -1,7 +1,10 @@
 #include "render/world_build.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -40,6 +43,33 @@ uint64_t volumeCacheOf(const scene::Scene& scene, const Settings& settings) {
   if (settings.volumeCacheBytes) return settings.volumeCacheBytes;
   if (own > 0) return uint64_t(own) << 10;
   return Memory::limit() ? std::max(kLeast, Memory::left() / 2) : 0;
+}
+
+// Triangles are halved by their middles until few are together.
+void splitToCells(std::vector<Imath::Box3f>& triangles, std::vector<Imath::Box3d>& cells) {
+  constexpr size_t kLeast = 32, kCells = 64;
+  const size_t together = std::max(kLeast, triangles.size() / kCells);
+  std::vector<std::pair<size_t, size_t>> runs{{0, triangles.size()}};
+  while (!runs.empty()) {
+    const auto [first, last] = runs.back();
+    runs.pop_back();
+    Imath::Box3f all, middles;
+    for (size_t i = first; i < last; ++i) {
+      all.extendBy(triangles[i]);
+      middles.extendBy(triangles[i].center());
+    }
+    if (last - first <= together) {
+      if (first < last) cells.push_back({Imath::V3d(all.min), Imath::V3d(all.max)});
+      continue;
+    }
+    const auto axis = int(middles.majorAxis());
+    const size_t half = first + (last - first) / 2;
+    std::nth_element(
+        triangles.begin() + long(first), triangles.begin() + long(half), triangles.begin() + long(last),
+        [&](const Imath::Box3f& a, const Imath::Box3f& b) { return a.center()[axis] < b.center()[axis]; });
+    runs.emplace_back(first, half);
+    runs.emplace_back(half, last);
+  }
 }
 
 bool isSet(const scene::Scene& scene, const char* ofHider) {
@@ -212,9 +242,14 @@ DelayedBounds WorldBuilder::boundsOfDelayed(const scene::Scene& scene, const Del
   std::vector<trace::UnreadBounds::Box> unread;
   unreadPlaces_.clear();
   for (uint32_t k = 0; k < delayed.unread.size(); ++k) {
-    if (!isDrawn(delayed.unread[k])) continue;
-    unread.push_back(inRender(delayed.unread[k].box));
-    unreadPlaces_.push_back(k);
+    const Delayed::Bound& bound = delayed.unread[k];
+    if (!isDrawn(bound)) continue;
+    const auto add = [&](const Imath::Box3d& box) {
+      unread.push_back(inRender(box));
+      unreadPlaces_.push_back(k);
+    };
+    if (!bound.cells) add(bound.box);
+    for (size_t i = 0; bound.cells && i < bound.cells->size(); ++i) add((*bound.cells)[i]);
   }
   if (!unread.empty()) out.unread = std::make_shared<const trace::UnreadBounds>(std::move(unread));
   return out;
@@ -223,8 +258,73 @@ DelayedBounds WorldBuilder::boundsOfDelayed(const scene::Scene& scene, const Del
 std::vector<uint32_t> WorldBuilder::metUnread() const {
   std::vector<uint32_t> out;
   if (const trace::UnreadBounds* unread = shading_->world->unread())
-    for (const uint32_t k : unread->noted()) out.push_back(unreadPlaces_[k]);
+    for (const uint32_t k : unread->noted())
+      if (out.empty() || out.back() != unreadPlaces_[k]) out.push_back(unreadPlaces_[k]);
   return out;
+}
+
+void WorldBuilder::findBytes(std::map<uint32_t, uint64_t>& ofInstances) const {
+  constexpr uint64_t kOfTriangle = 65, kOfStrand = 116;  // of Embree's hierarchies, as docs/performance.md has them
+  const std::vector<const geometry::Mesh*> meshes = meshes_.all();
+  std::set<uint32_t> counted;
+  for (uint32_t k = 0; k < flat_->placements.size(); ++k) {
+    const auto bytes = ofInstances.find(flat_->outermostOf(k));
+    if (bytes == ofInstances.end()) continue;
+    bytes->second += sizeof(FlatScene::Placement) + sizeof(trace::Instance) + sizeof(trace::Affine);
+    const uint32_t part = flat_->partOf(k);
+    if (!counted.insert(part).second) continue;
+    for (const uint32_t s : flat_->parts[part].shapes)
+      bytes->second +=
+          meshes[s]->bytes() + meshes[s]->primitiveCount() * (meshes[s]->isStrand() ? kOfStrand : kOfTriangle);
+  }
+}
+
+void WorldBuilder::findCells(std::map<uint32_t, std::vector<Imath::Box3d>>& ofInstances) const {
+  const std::vector<trace::ShapeInput> shapes = meshes_.shapes();
+  std::map<uint32_t, std::vector<uint32_t>> placements;
+  for (uint32_t k = 0; k < flat_->placements.size(); ++k)
+    if (const uint32_t instance = flat_->outermostOf(k); ofInstances.contains(instance))
+      placements[instance].push_back(k);
+  const Imath::V3d origin(camera_.origin[0], camera_.origin[1], camera_.origin[2]);
+  const auto find = [&](const std::vector<uint32_t>& placed, std::vector<Imath::Box3d>& cells) {
+    uint64_t count = 0;
+    for (const uint32_t k : placed)
+      for (const uint32_t s : flat_->parts[flat_->partOf(k)].shapes) count += shapes[s].mesh->triangleCount();
+    constexpr uint64_t kMost = 1 << 26, kApart = 1 << 18;
+    if (count > kMost) return;
+    const auto step = size_t(3 * (count / kApart + 1));  // neighbours in a list are mostly neighbours in space
+    std::vector<Imath::Box3f> triangles;                 // in render space
+    for (const uint32_t k : placed) {
+      scene::Matrix m;
+      if (flat_->memberOf(k).solid != trace::kNoSolid || !flat_->stillToRender(k, m)) return;
+      for (const uint32_t s : flat_->parts[flat_->partOf(k)].shapes) {
+        const geometry::Mesh& mesh = *shapes[s].mesh;
+        if (shapes[s].user || mesh.isStrand() || mesh.keyCount() > 1 || flat_->shapes[s].isMedium) return;
+        const scene::Matrix toRender = scene::Matrix().setTranslation(mesh.origin) * m;
+        for (size_t i = 0; i < mesh.indices.size(); i += step) {
+          Imath::Box3f box;
+          for (size_t c = i; c < std::min(i + step, mesh.indices.size()); ++c) {
+            const Imath::V3f p(Imath::V3d(mesh.points[mesh.indices[c]]) * toRender);
+            if (!std::isfinite(p.x + p.y + p.z)) return;
+            box.extendBy(p);
+          }
+          triangles.push_back(box);
+        }
+      }
+    }
+    Imath::Box3f all;
+    for (const Imath::Box3f& b : triangles) all.extendBy(b);
+    if (triangles.empty()) return;
+    splitToCells(triangles, cells);
+    // rays come into the space of an object in floats
+    const float size = std::max({all.size().x, all.size().y, all.size().z, all.min.length(), all.max.length()});
+    const Imath::V3d more(4e-6 * double(size));
+    for (Imath::Box3d& c : cells) c = {c.min - more + origin, c.max + more + origin};
+  };
+  std::vector<std::pair<const uint32_t, std::vector<Imath::Box3d>>*> list;
+  for (auto& entry : ofInstances) list.push_back(&entry);
+  tbb::parallel_for(size_t(0), list.size(), [&](size_t i) { find(placements[list[i]->first], list[i]->second); });
+  std::erase_if(ofInstances, [](const auto& entry) { return entry.second.empty(); });
 }
 
 void WorldBuilder::findBounds(std::map<uint32_t, Imath::Box3d>& ofInstances) const {

@@ -54,6 +54,13 @@ class WorldBuilder {
                   const AggregateChoice& aggregates, Statistics& statistics);
   // Of Delayed::unread, those that rays have met in the world, in order.
   std::vector<uint32_t> metUnread() const;
+  uint32_t placeOfUnread(uint32_t bound) const { return unreadPlaces_[bound]; }  // of one of the world's UnreadBounds
+  // Adds what the meshes of what instances of the scene place take, with their hierarchies. Those are estimated: what
+  // is dropped for a budget must not follow from the order in which threads build.
+  void findBytes(std::map<uint32_t, uint64_t>& ofInstances) const;
+  // Boxes in the world, a hundredth of the memory, that hold all that these instances place. Without those of which not
+  // all is a resting mesh that rays meet at its surface alone.
+  void findCells(std::map<uint32_t, std::vector<Imath::Box3d>>& ofInstances) const;
   // Fills in the boxes around what instances of the scene place, in the world, over the shutter.
   void findBounds(std::map<uint32_t, Imath::Box3d>& ofInstances) const;
   // After one of these failed or threw: nothing that was kept is used again.

@@ -126,6 +126,11 @@ void Interpreter::readProgram(const std::string& command, const std::string& dat
     report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " gives nothing: " + why, "it is left out");
     return;
   }
+  if (!ancestors_.empty()) {
+    Hasher printed;
+    printed.text(*text);
+    programsRun_.emplace_back(command, printed.result());
+  }
   s.lexer = std::make_unique<Lexer>(openText(std::move(*text)), command, messages_, &isRequest);
   s.restore = std::make_unique<State>(state_);
   push(std::move(s));

@@ -382,6 +382,22 @@ void Interpreter::reportKept(const Request& r) {
            "--allow-exec lets scenes run programs: only for scenes that you trust");
     return;
   }
+  if (r.name.starts_with("Procedural") && r.count > 0 && r.args[0].isString() &&
+      r.args[0].strings[0].starts_with("DynamicLoad")) {
+    // Procedural says which by its second argument, Procedural2 by a parameter
+    std::string object;
+    for (size_t k = 1; k + 1 < r.count && object.empty(); ++k)
+      if (r.args[k].isString() && r.args[k].strings.size() == 1 && r.args[k].strings[0].ends_with("dsoname") &&
+          !r.args[k + 1].strings.empty())
+        object = r.args[k + 1].strings[0];
+    if (object.empty() && r.count > 1 && !r.args[1].strings.empty()) object = r.args[1].strings[0];
+    if (!keptNames_.insert("DynamicLoad " + object).second) return;
+    report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
+           "the shared object '" + object.substr(0, 200) + "' of a " + r.args[0].strings[0] + " is not loaded",
+           "what it would draw is left out; the request is kept in the scene description",
+           "Procedural \"RunProgram\" with --allow-exec runs a program that prints the same RIB");
+    return;
+  }
   static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",
                                                   "Interior", "Exterior",   "Deformation"};
   std::string who = r.name;

@@ -360,6 +360,7 @@ class Interpreter {
   // of archives that are read later
   std::vector<std::string> ancestors_;  // identities of what was open around the request of this one
   std::vector<std::pair<std::string, std::string>> filesRead_;
+  std::vector<std::pair<std::string, Digest>> programsRun_;          // by command, what they printed
   std::shared_ptr<scene::ProceduralSources> procedurals_;            // of the world that is open
   std::shared_ptr<const scene::ProceduralSources> doneProcedurals_;  // of the last one that was closed
   std::shared_ptr<std::vector<scene::Prototype>> worldPrototypes_;   // filled when the world is closed

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/file_contents.h"
 #include "rib/byte_source.h"
 #include "rib/interpreter.h"
 #include "scene/digests.h"
@@ -79,12 +80,13 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
   std::vector<std::shared_ptr<const NodeMap>> nodes;  // from the outermost on
   std::vector<std::string> ancestors;
 
-  scene::Expansion expand(const scene::Primitive& as, Diagnostics& diagnostics) const override {
+  scene::Expansion expand(const scene::Primitive& as, Diagnostics& diagnostics, bool isAgain) const override {
     std::optional<scene::Scene> world;
     Interpreter in(diagnostics, around_->read, [&](scene::Scene&& s) {
       if (!world) world = std::move(s);
     });
     prepare(in, as);
+    if (isAgain) in.archiveReads_ = std::make_shared<std::atomic<int>>(0);
     read(in);
     const auto shared = in.worldPrototypes_;  // those that what is nested here will ask for
     while (!in.blocks_.empty()) in.leave();
@@ -96,7 +98,11 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     for (size_t k = 1; k < ancestors.size(); ++k)
       way += std::filesystem::path(ancestors[k]).filename().string() + " > ";
     out.files = std::move(in.filesRead_);
-    for (auto& [name, path] : out.files) name = way + name;
+    out.contents = std::move(in.programsRun_);
+    for (auto& [name, path] : out.files) {
+      name = way + name;
+      out.contents.emplace_back(path, digestOfFile(path).value_or(Digest()));
+    }
     if (!world) return out;
     if (const size_t lights = world->lights.size() + world->classicLights.size())
       in.report(Severity::Error, "RIB-PROCEDURAL-LIGHT",
@@ -113,6 +119,19 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
         objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
     if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
     return out;
+  }
+
+  uint64_t bytesToRead() const override {
+    if (what_.kind == "RunProgram") return 0;
+    Diagnostics unheard([](const std::string&, Severity) {});
+    Interpreter in(unheard, around_->read, {});
+    in.frame_.options = around_->world;
+    in.mainDirectory_ = around_->mainDirectory;
+    in.dirmap_ = around_->dirmap;
+    std::error_code failed;
+    const auto size =
+        std::filesystem::file_size(in.findArchive(what_.data[0], pos_.file ? *pos_.file : std::string()), failed);
+    return failed ? 0 : size;
   }
 
   // With nothing kept of what it says. Programs are not run for that.

@@ -65,7 +65,7 @@ void tell(const std::vector<PrimitivePtr>& primitives, const InstanceList& insta
     }
     ++out.delayed;
     Diagnostics messages([&](const std::string& line, Severity) { out.said += line + "\n"; });
-    const Expansion e = source->second->expand(*p, messages);
+    const Expansion e = source->second->expand(*p, messages, false);
     tell(e.primitives, e.instances, e.prototypes, e.nested, out);
   }
   for (size_t k = 0; k < instances.size(); ++k) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "base/digest.h"
 #include "scene/scene.h"
 
 namespace kinora::scene {
@@ -28,14 +29,19 @@ struct Expansion {
   std::vector<Solid> solids;
   ProceduralSources nested;                                // of those of its primitives that are procedurals in turn
   std::vector<std::pair<std::string, std::string>> files;  // read for it: by name, and the path
+  // What it was made of: by path or command, what the file held or the program printed.
+  std::vector<std::pair<std::string, Digest>> contents;
 };
 
 class ProceduralSource {
  public:
   virtual ~ProceduralSource() = default;
   // With the transform and the attributes of `as`, which is the primitive that stands for it. From any thread, more
-  // than once. What cannot be read is a message, and nothing.
-  virtual Expansion expand(const Primitive& as, Diagnostics& diagnostics) const = 0;
+  // than once. What cannot be read is a message, and nothing. `isAgain`: it was read before, and counts among what a
+  // frame may read already.
+  virtual Expansion expand(const Primitive& as, Diagnostics& diagnostics, bool isAgain) const = 0;
+  // Size of what it reads, as far as that can be known before; 0: it cannot.
+  virtual uint64_t bytesToRead() const { return 0; }
 };
 
 // The bound of a procedural as its request says it, in its own space; nothing where there is none, or no finite one.

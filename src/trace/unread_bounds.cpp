@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trace/unread_notes.h"
+
 namespace kinora::trace {
 
 namespace {
@@ -143,6 +145,8 @@ uint32_t UnreadBounds::firstOf(const float o[3], const float d[3], float length)
 void UnreadBounds::note(uint32_t box) const {
   noted_[box].store(1, std::memory_order_relaxed);
   ++notesOfThread();
+  if (const UnreadNotes& own = UnreadNotes::ofThread(); box / 64 < own.count)
+    own.words[box / 64] |= uint64_t(1) << (box % 64);
 }
 
 void UnreadBounds::meet(const Rays& rays, const Hits& hits, uint32_t n, const uint32_t* slots) const {
@@ -166,6 +170,11 @@ void UnreadBounds::meet(uint32_t n, const float* const o[3], const float* const 
     blocked[i] = 1;
     note(box);
   }
+}
+
+UnreadNotes& UnreadNotes::ofThread() {
+  static thread_local UnreadNotes notes;
+  return notes;
 }
 
 uint64_t& UnreadBounds::notesOfThread() {

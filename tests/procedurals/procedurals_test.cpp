@@ -3,124 +3,19 @@
 // meets is not opened; and what is wrong in archives is said when they are read.
 // Misses: coincident surfaces of different archives, whose order no ray can tell.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <map>
-#include <optional>
 
-#include "film/shard.h"
-#include "render/renderer.h"
-#include "rib/reader.h"
-#include "support/render_scene.h"
+#include "procedurals/archives.h"
 
 namespace kinora::tests {
 namespace {
 
-using Files = std::map<std::string, std::string>;
-
-class Folder {
- public:
-  explicit Folder(const Files& files) : path_(::testing::TempDir() + "procedurals-" + std::to_string(::getpid())) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-    for (const auto& [name, text] : files) std::ofstream(path_ + "/" + name) << text;
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-struct Rendered {
-  render::Outcome outcome = render::Outcome::Internal;
-  std::vector<int64_t> sums;
-  std::vector<std::string> replayed;
-  render::Statistics statistics;
-  std::string said, hash;
-  size_t late = 0;  // files that the part names beside its hash
-  uint64_t warnings = 0;
-};
-
-Rendered rendered(const Folder& folder, render::Settings settings, bool allowExec = false) {
-  Rendered out;
-  Diagnostics diagnostics([&](const std::string& line, Severity s) {
-    if (s != Severity::Info) out.said += line + "\n";
-  });
-  std::optional<scene::Scene> scene;
-  std::shared_ptr<const scene::ProceduralSources> procedurals;
-  rib::ReadOptions reading;
-  reading.delaysProcedurals = true;
-  reading.allowExec = allowExec;
-  reading.programSeconds = 0.5;
-  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
-    scene = std::move(s);
-    procedurals = reader.procedurals();
-  });
-  EXPECT_TRUE(reader.readFile(folder.file("scene.rib")));
-  reader.finish();
-  if (!scene) return out;
-  if (settings.threads == 0) settings.threads = 1;
-  settings.texturePath = settings.shaderPath = {folder.file("")};
-  Registry registry;
-  render::Renderer renderer(registry, diagnostics, settings);
-  if (!renderer.load(std::move(*scene), procedurals)) return out;
-  out.outcome = renderer.renderFilm();
-  out.sums = stateOf(renderer.film());
-  out.statistics = renderer.statistics();
-  if (settings.firstSample >= 0 && renderer.writeShard(folder.file("part.exr"))) {
-    film::Shard part;
-    EXPECT_TRUE(film::readShard(folder.file("part.exr"), part).ok());
-    out.hash = part.info.sceneHash;
-    out.late = part.info.lateFiles.size();
-  }
-  renderer.replay(24, 18, 1, [&](const std::string& line) { out.replayed.push_back(line); });
-  out.warnings = diagnostics.warnings() + diagnostics.errors();
-  return out;
-}
-
-const std::string kHead = R"(Format 48 36 1
-Projection "perspective" "fov" [45]
-Display "t" "openexr" "rgba"
-PixelSamples 4 4
-)";
-const std::string kLights = R"(AttributeBegin
-Rotate -50 1 .3 0
-Light "PxrDistantLight" "sun" "float intensity" [2]
-AttributeEnd
-Light "PxrDomeLight" "dome" "float intensity" [.3]
-AttributeBegin
-Translate 0 3 3
-Rotate 90 1 0 0
-Light "PxrRectLight" "lamp" "float intensity" [6]
-AttributeEnd
-)";
-const std::string kRoom = R"(AttributeBegin
-Bxdf "PxrDiffuse" "floor" "color diffuseColor" [.6 .5 .4]
-Polygon "P" [-9 -1 0 9 -1 0 9 -1 14 -9 -1 14]
-Polygon "P" [-9 -1 7 9 -1 7 9 8 7 -9 8 7]
-AttributeEnd
-)";
-std::string world(const std::string& content, const std::string& integrator = "Integrator \"PxrPathTracer\" \"i\"\n",
-                  const std::string& before = "") {
-  return kHead + integrator + before + "WorldBegin\n" + kLights + kRoom + content + "WorldEnd\n";
-}
-std::string delayed(const std::string& at, const std::string& file,
-                    const std::string& bound = "-.6 .6 -.6 .6 -.6 .6") {
-  return "AttributeBegin\nTranslate " + at + "\nProcedural \"DelayedReadArchive\" [\"" + file + "\"] [" + bound +
-         "]\nAttributeEnd\n";
-}
-const std::string kBall = "Bxdf \"PxrDiffuse\" \"b\" \"color diffuseColor\" [.8 .2 .1]\nSphere .5 -.5 .5 360\n";
-const std::string kBoxes = R"(Bxdf "PxrDiffuse" "b" "color diffuseColor" [.1 .6 .3]
-PointsPolygons [4 4 4 4] [0 1 2 3 4 5 6 7 0 1 5 4 3 2 6 7] "P" [-.5 -.5 -.5 .5 -.5 -.5 .5 .5 -.5 -.5 .5 -.5 -.5 -.5 .5 .5 -.5 .5 .5 .5 .5 -.5 .5 .5]
-Translate 0 .2 0 Sphere .3 -.3 .3 360
-)";
-
-// The same sums when all is read first, and in other threads, widths and groups. Of the procedurals `read` are.
+// The same sums when all is read first, in other threads, widths and groups, and where no two archives fit in memory
+// together. Of the procedurals `read` are.
 void expectSame(const Files& files, int total, int read, render::Settings settings = {}) {
   const Folder folder(files);
   settings.samplesPerPixel = settings.pixelVariance >= 0 ? 0 : 8;
@@ -150,6 +45,14 @@ void expectSame(const Files& files, int total, int read, render::Settings settin
   other.width = 1;
   other.groupSize = 16;
   EXPECT_TRUE(rendered(folder, other).sums == all.sums) << "2 threads, width 1, groups of 16";
+  settings.threads = 2;
+  settings.geometryCacheBytes = 1;
+  const Rendered poor = rendered(folder, settings);
+  EXPECT_TRUE(poor.sums == all.sums) << "a budget of nothing: " << poor.said;
+  EXPECT_EQ(poor.replayed, all.replayed);
+  EXPECT_EQ(poor.statistics.cameraRays, all.statistics.cameraRays);
+  EXPECT_EQ(poor.statistics.shadowRays, all.statistics.shadowRays);
+  EXPECT_EQ(poor.statistics.proceduralsRead, lazy.statistics.proceduralsRead);
 }
 
 TEST(Procedurals, TheCameraSeesThem) {
@@ -214,6 +117,18 @@ TEST(Procedurals, LightPathsMeetThem) {
          {"b.rib", "Bxdf \"PxrGlass\" \"p\"\nSphere .5 -.5 .5 360\n"},
          {"c.rib", kBall}},
         3, 3);
+}
+
+// What light paths leave is looked at once more in a world that holds more, and where that was said before.
+TEST(Procedurals, LightPathsMeetWhatIsSaidFirstLast) {
+  expectSame({{"scene.rib", world(delayed("0 4 -6", "c.rib", "-1 1 -1 1 -1 1") + delayed("1 .2 4", "b.rib") +
+                                      delayed("-1 0 5", "a.rib") + delayed("-1.5 0 4", "d.rib"),
+                                  "Integrator \"PxrVCM\" \"i\" \"int maxPathLength\" [5]\n")},
+              {"a.rib", kBall},
+              {"b.rib", kBoxes},
+              {"c.rib", kBoxes + delayed("0 0 0", "d.rib")},
+              {"d.rib", kBall}},
+             5, 5);
 }
 
 TEST(Procedurals, PathsThatLearn) {
@@ -348,26 +263,19 @@ TEST(Procedurals, AnEditedSceneIsAFreshOne) {
        {"b.rib", kBoxes},
        {"c.rib", kBall}});
   Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
-  std::optional<scene::Scene> scene;
-  std::shared_ptr<const scene::ProceduralSources> procedurals;
-  rib::ReadOptions reading;
-  reading.delaysProcedurals = true;
-  rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
-    scene = std::move(s);
-    procedurals = reader.procedurals();
-  });
-  ASSERT_TRUE(reader.readFile(folder.file("scene.rib")));
-  reader.finish();
+  const Said said = readScene(folder, diagnostics);
+  ASSERT_TRUE(said.scene);
+  scene::Scene scene = *said.scene;
   render::Settings settings;
   settings.threads = 2;
   settings.samplesPerPixel = 4;
   Registry registry;
   render::Renderer renderer(registry, diagnostics, settings);
-  ASSERT_TRUE(renderer.load(*scene, procedurals));
+  ASSERT_TRUE(renderer.load(scene, said.procedurals));
   ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
   uint32_t moved = 0;
-  for (const auto& [id, source] : *procedurals) moved = std::max(moved, id);
+  for (const auto& [id, source] : *said.procedurals) moved = std::max(moved, id);
   const auto edit = [&](scene::Scene& s) {
     EXPECT_TRUE(
         s.setPrimitiveTransform(moved, scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0, 1, 5)))));
@@ -377,11 +285,58 @@ TEST(Procedurals, AnEditedSceneIsAFreshOne) {
   ASSERT_TRUE(renderer.update());
   ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
-  edit(*scene);
+  edit(scene);
   render::Renderer fresh(registry, diagnostics, settings);
-  ASSERT_TRUE(fresh.load(*scene, procedurals));
+  ASSERT_TRUE(fresh.load(scene, said.procedurals));
   ASSERT_EQ(fresh.renderFilm(), render::Outcome::Complete);
   EXPECT_TRUE(stateOf(renderer.film()) == stateOf(fresh.film()));
+}
+
+// What an edit did not reach is not read again, unless its file is another.
+TEST(Procedurals, AnEditReadsWhatItReached) {
+  const Folder folder({{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib"))},
+                       {"a.rib", kBall},
+                       {"b.rib", kBoxes}});
+  Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
+  const Said said = readScene(folder, diagnostics);
+  ASSERT_TRUE(said.scene);
+  scene::Scene scene = *said.scene;
+  render::Settings settings;
+  settings.threads = 1;
+  settings.samplesPerPixel = 2;
+  Registry registry;
+  render::Renderer renderer(registry, diagnostics, settings);
+  ASSERT_TRUE(renderer.load(scene, said.procedurals));
+  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  const double seconds = renderer.statistics().proceduralReadSeconds;
+  const auto renders = [&](render::Renderer& r) {
+    EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);
+    return stateOf(r.film());
+  };
+  const auto fresh = [&] {
+    render::Renderer other(registry, diagnostics, settings);
+    EXPECT_TRUE(other.load(renderer.scene(), said.procedurals));
+    return renders(other);
+  };
+  // a light is turned off: both are there
+  const auto dim = [](scene::Scene& s) {
+    auto node = std::make_shared<scene::Node>(*s.lights[0].node);
+    scene::Parameter p = *node->params.find("intensity");
+    p.floats = {1};
+    node->params.set(std::move(p));
+    s.lights[0].node = node;
+  };
+  dim(renderer.scene());
+  ASSERT_TRUE(renderer.update());
+  EXPECT_TRUE(renders(renderer) == fresh());
+  EXPECT_EQ(renderer.statistics().proceduralReadSeconds, seconds) << "nothing was read";
+  EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  // a file is written anew
+  std::ofstream(folder.file("a.rib")) << kBoxes << "Sphere .4 -.4 .4 360\n";
+  ASSERT_TRUE(renderer.update());
+  EXPECT_TRUE(renders(renderer) == fresh());
+  EXPECT_GT(renderer.statistics().proceduralReadSeconds, seconds);
 }
 
 TEST(Procedurals, AdaptiveSampling) {
@@ -631,6 +586,46 @@ TEST(Procedurals, WhatReachesBeyondItsBoundIsNamed) {
   const Rendered r = rendered(folder, {});
   EXPECT_NE(r.said.find("RENDER-PROCEDURAL-BOUND"), std::string::npos) << r.said;
   EXPECT_NE(r.said.find("a bound 2 times as large"), std::string::npos) << r.said;
+}
+
+// What stands in an object is read with it, once: instances place it.
+TEST(Procedurals, InObjectsTheyAreReadOnceForAllInstances) {
+  const std::string places =
+      "AttributeBegin\nTranslate -1 0 5\nObjectInstance \"o\"\nAttributeEnd\nAttributeBegin\nTranslate 1 .2 "
+      "5\nRotate 30 0 1 0\nObjectInstance \"o\"\nAttributeEnd\nAttributeBegin\nTranslate 0 1 6\nObjectInstance "
+      "\"o\"\nAttributeEnd\n";
+  const auto object = [&](const std::string& content) {
+    return world("ObjectBegin \"o\"\n" + content + "ObjectEnd\n" + places);
+  };
+  const Folder plain({{"scene.rib", object("AttributeBegin\n" + kBoxes +
+                                           "AttributeEnd\nAttributeBegin\nTranslate .4 "
+                                           "0 0\nSphere .1 -.1 .1 360\nAttributeEnd\n")}});
+  const Rendered expected = rendered(plain, {});
+  EXPECT_EQ(expected.said, "");
+  const std::string bound = "[-.6 .6 -.6 .6 -.6 .6]\n";
+  for (const std::string& request : {"Procedural \"DelayedReadArchive\" [\"a.rib\"] " + bound,
+                                     "Procedural2 \"DelayedReadArchive2\" \"SimpleBound\" \"string filename\" "
+                                     "[\"a.rib\"] \"float[6] bound\" " +
+                                         bound,
+                                     std::string("PROGRAM")}) {
+    const Folder folder({{"a.rib", kBoxes}, {"run.sh", "echo .>>$1\ncat $2\n"}});
+    const std::string count = folder.file("count");
+    const std::string program = "Procedural \"RunProgram\" [\"sh " + folder.file("run.sh") + " " + count + " " +
+                                folder.file("a.rib") + "\" \"\"] " + bound;
+    std::ofstream(folder.file("scene.rib"))
+        << object("AttributeBegin\n" + (request == "PROGRAM" ? program : request) +
+                  "AttributeEnd\nAttributeBegin\nTranslate .4 0 0\nSphere .1 -.1 .1 360\nAttributeEnd\n");
+    const Rendered r = rendered(folder, {}, true);
+    EXPECT_EQ(r.said, "") << request;
+    EXPECT_TRUE(r.sums == expected.sums) << request;
+    EXPECT_EQ(r.statistics.procedurals, 0u);
+    EXPECT_EQ(r.statistics.triangles, expected.statistics.triangles);
+    if (request == "PROGRAM") {
+      EXPECT_EQ(std::filesystem::file_size(count), 2u) << "it was run once";
+      const Rendered refused = rendered(folder, {});
+      EXPECT_NE(refused.said.find("RIB-KEPT-PROGRAM"), std::string::npos) << refused.said;
+    }
+  }
 }
 
 // Bounds that are none are read with the scene.
