@@ -42,6 +42,38 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
   expectSamePicture(text, 0.05, 80);
 }
 
+// The underside of a plate, far from the camera, under which light from a wide floor gathers: connections that come to the
+// floor at low angles. Rays start off the surface by more the farther it is from the camera, and met the floor before their end.
+TEST(Vcm, ConnectsToWhatIsSeenAtLowAnglesFromAfar) {
+  const std::string text = R"(
+Hider "raytrace" "int maxsamples" [16]
+Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
+DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
+DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
+Format 32 32 1
+PixelFilter "box" 1 1
+ScreenWindow -0.0175 0.0175 0.0825 0.1175
+Projection "perspective" "fov" [90]
+WorldBegin
+  AttributeBegin
+    Translate 0.2 3.2 3.5
+    Light "PointLight" "lamp" "float intensity" [30] "string lightGroup" ["key"]
+  AttributeEnd
+  Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.5 0.5 0.5]
+  Polygon "vertex point P" [-4 -0.3 0.5  4 -0.3 0.5  4 -0.3 8.5  -4 -0.3 8.5]
+  AttributeBegin
+    Attribute "identifier" "string lpegroup" ["ball"]
+    Bxdf "PxrDiffuse" "plate" "color diffuseColor" [0.6 0.6 0.6]
+    Polygon "vertex point P" [-0.5 0.5 4.5  0.5 0.5 4.5  0.5 0.5 5.5  -0.5 0.5 5.5]
+  AttributeEnd
+WorldEnd
+)";
+  Workshop stage;
+  const Pictures reference = renderAll(stage, text, pathTracer(1), 1000);
+  EXPECT_GT(reference.at("ball").mean(), 0.01) << stage.said;
+  expectEqual(renderAll(stage, text, vcm(true, false, 5, 1), 2000), reference, "connections", 0.05);
+}
+
 TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
 
 // Light as if nothing were in its way, and what is missing of it, as in the path tracer.

@@ -540,6 +540,11 @@ class Vcm {
         const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - j, W)));
         const Slots<W> at = Slots<W>::load(e.end + j);
         const Vec3<W> w = Vec3<W>::load(back, j);
+        const Vec3<W> start =
+            kinora::HWY_NAMESPACE::leave(Vec3<W>::load(c.P, j), Vec3<W>::load(c.Ng, j), F::load(c.bias + j), w);
+        at.put(in, start.x, ends_.start[0]);
+        at.put(in, start.y, ends_.start[1]);
+        at.put(in, start.z, ends_.start[2]);
         const Vec3<W> arriving = Vec3<W>::get(ends_.throughput, at) * adjointFactor(c, j, w);
         Vec3<W> sum(0.f);
         for (uint32_t l = 0; l < c.slotCount; ++l)
@@ -587,11 +592,18 @@ class Vcm {
         return select(isClamped, v * factorToLuminance(v, F(o_.clampLuminance)), v);
       };
       const Int<W> light = at.get(ends_.light);
+      // Off both surfaces: a ray from off this one in the direction between the vertices would meet a surface that it
+      // comes to at a low angle before the end.
+      const Vec3<W> way =
+          Vec3<W>::get(ends_.start, at) -
+          kinora::HWY_NAMESPACE::leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
+      const F reach = max(length(way), F(1e-18f));
+      const Vec3<W> towards = select(on, way / reach, w);
       if (readsEvents_) {
-        addByEvent(c, i, k, on, arriving, e, clamped, w, far);
+        addByEvent(c, i, k, on, arriving, e, clamped, towards, reach);
         continue;
       }
-      const Int<W> ray = arrivals_.from(on, i, w, far, c.slotCount);
+      const Int<W> ray = arrivals_.from(on, i, towards, reach, c.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
         arrivals_.add(on, clamped(arriving * Vec3<W>::load(e.weight[l], i)), ray, s.s,
                       stateAfter(s, c.eventOfSlot[l]), light);

@@ -108,7 +108,8 @@ struct Ends {
   float *last, *earlier, *edge, *merges;    // PathSums; Neighbourhoods::Of, as the next
   float *crossings, *through;               // PathDensities::throughVertex, for that direction
   const PathVertex** at;
-  float* back[3];  // unit, to the vertex that it was connected to last
+  float* back[3];   // unit, to the vertex that it was connected to last
+  float* start[3];  // where a ray that way leaves it
   // what its bxdf says of that direction
   float *value[3], *pdf, *reverse, *cosine;
   uint32_t *context, *point;
@@ -123,7 +124,7 @@ struct Ends {
          {&last, &earlier, &edge, &merges, &crossings, &through, &factor[0], &factor[1], &pdf, &reverse, &cosine})
       make(*x, all);
     for (int k = 0; k < 3; ++k)
-      for (float** x : {&P[k], &throughput[k], &back[k], &value[k]}) make(*x, all);
+      for (float** x : {&P[k], &throughput[k], &back[k], &start[k], &value[k]}) make(*x, all);
     make(at, all);
     std::fill_n(before, all, kNone);
   }
