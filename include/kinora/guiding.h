@@ -36,7 +36,8 @@ class Guides {
         tree_(state->at(state->tree)),
         splits_(state->at(state->splits)),
         density_(state->floats(state->density)),
-        sums_(state->floats(state->sums)) {}
+        sums_(state->floats(state->sums)),
+        frames_(state->floats(state->frames)) {}
 
   // Entries of the octree at places: the region in the bits of kRegion, kIsOn where it guides.
   KN_INLINE I find(Vec3<W> P) const {
@@ -76,8 +77,49 @@ class Guides {
   KN_INLINE F radiance(I region) const { return sum(region, guiding::State::kRadiance); }
   KN_INLINE F reference(I region) const { return sum(region, guiding::State::kReference); }
 
-  // The cell of a direction on the octahedral map.
+  // Places in the frames of their regions, as guiding::placeIn().
+  KN_INLINE Vec3<W> placeIn(I region, Vec3<W> P) const {
+    const I at = region.template shl<2>();
+    const F r = gather(frames_ + 3, at);
+    const Vec3<W> e((P.x - gather(frames_, at)) * r, (P.y - gather(frames_ + 1, at)) * r,
+                    (P.z - gather(frames_ + 2, at)) * r);
+    const Mask<W> inside = dot(e, e) < F(guiding::kFarthestInside);
+    return {zeroUnless(inside, e.x), zeroUnless(inside, e.y), zeroUnless(inside, e.z)};
+  }
+  // Where on the unit sphere rays leave it that start inside, at e; solid angle at the centre over that at e.
+  static KN_INLINE Vec3<W> throughSphere(Vec3<W> e, Vec3<W> w, F& ratio) {
+    const F b = dot(e, w), cosine = sqrt(fma(b, b, F(1.f) - dot(e, e))), t = cosine - b;
+    ratio = t * t / cosine;
+    return e + w * t;
+  }
+  // The cell of the place on the unit sphere; of a direction for a place at the centre.
   static KN_INLINE I cellOf(Vec3<W> d) {
+    return placeOnMap<guiding::kSide>(d, [](I x, I y) HWY_ATTR { return spread(x).template shl<1>() | spread(y); });
+  }
+  // A direction as lessons have it.
+  static KN_INLINE I packed(Vec3<W> d) {
+    return placeOnMap<1 << guiding::kDirectionBits>(
+        d, [](I x, I y) HWY_ATTR { return x.template shl<int(guiding::kDirectionBits)>() | y; });
+  }
+  // Per solid angle at e, of sample() making w.
+  KN_INLINE F density(I region, Vec3<W> e, Vec3<W> w) const {
+    F ratio;
+    const Vec3<W> d = throughSphere(e, w, ratio);
+    const F l = abs(d.x) + abs(d.y) + abs(d.z);
+    return gather(density_, region * I(guiding::kCells) + cellOf(d)) * ratio / (l * l * l);
+  }
+  // A direction at e, a place in the frame of the region.
+  KN_INLINE Vec3<W> sample(I region, Vec3<W> e, F u, F v, F& pdf) const {
+    F p;
+    const Vec3<W> d = sampleSphere(region, u, v, p), w = d - e;
+    const F l2 = dot(w, w), l = sqrt(l2);
+    pdf = p * l2 * l / dot(d, w);
+    return w * (F(1.f) / l);
+  }
+
+ private:
+  template <uint32_t kSide, class Join>
+  static KN_INLINE I placeOnMap(Vec3<W> d, Join&& join) {
     const F l = F(1.f) / (abs(d.x) + abs(d.y) + abs(d.z));
     F a = d.x * l, b = d.y * l;
     const Mask<W> below = d.z < F(0.f);
@@ -85,16 +127,10 @@ class Guides {
     const F a2 = copySign(p, a), b2 = copySign(q, b);
     a = select(below, a2, a);
     b = select(below, b2, b);
-    const F half(guiding::kSide * 0.5f), most(float(guiding::kSide - 1));
-    const I x = toInt(clamp(fma(a, half, half), F(0.f), most)), y = toInt(clamp(fma(b, half, half), F(0.f), most));
-    return spread(x).template shl<1>() | spread(y);
+    const F half(kSide * 0.5f), most(float(kSide - 1));
+    return join(toInt(clamp(fma(a, half, half), F(0.f), most)), toInt(clamp(fma(b, half, half), F(0.f), most)));
   }
-  // Per solid angle, of sample() making d.
-  KN_INLINE F density(I region, Vec3<W> d) const {
-    const F l = abs(d.x) + abs(d.y) + abs(d.z);
-    return gather(density_, region * I(guiding::kCells) + cellOf(d)) / (l * l * l);
-  }
-  KN_INLINE Vec3<W> sample(I region, F u, F v, F& pdf) const {
+  KN_INLINE Vec3<W> sampleSphere(I region, F u, F v, F& pdf) const {
     I line = region * I(int32_t(2 * guiding::kSplitWords)), node(1), x(0), y(0);
     F chance(guiding::kCells / 4.f);
     for (uint32_t k = 0; k < guiding::kLevels; ++k) {
@@ -114,8 +150,6 @@ class Guides {
     pdf = chance * l * l2;
     return onOctahedron * (F(1.f) / l);
   }
-
- private:
   // One step down from a node of a line: which half u falls to, and where in it.
   KN_INLINE I half(I line, I& node, F& u, F& chance) const {
     const I at = line + node, two = gather(splits_, at.template shr<1>());
@@ -147,7 +181,7 @@ class Guides {
 
   const guiding::State* s_;
   const uint32_t *tree_, *splits_;
-  const float *density_, *sums_;
+  const float *density_, *sums_, *frames_;
 };
 
 // Of the directions that a context's points go on in: one over the density with which they were chosen (a number
@@ -167,7 +201,7 @@ struct ChosenDirections {
 };
 
 // How much of what was learned counts; the rest is even over all directions, so that none is left out.
-inline constexpr float kGuideShare = 0.35f;
+inline constexpr float kGuideShare = 0.5f;
 
 // Resamples the directions in `made` (generate()'s, of points of the context). Where it chooses the other candidate it
 // writes direction, weight, slot and flags; pdf stays that of the bxdf making the direction, which is what weights
@@ -198,7 +232,11 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const Mask<W> here = Guides<W>::isKnown(e);
     any = any | Guides<W>::isOn(e);
     known = known | here;
-    if (here.any()) guides.fetch(select(here, Guides<W>::regionOf(e), I(0)), Guides<W>::cellOf(direction(i)));
+    if (here.none()) continue;
+    const I region = select(here, Guides<W>::regionOf(e), I(0));
+    F ratio;
+    guides.fetch(region, Guides<W>::cellOf(Guides<W>::throughSphere(guides.placeIn(region, Vec3<W>::load(c.P, i)),
+                                                                    direction(i), ratio)));
   }
   if (known.none()) return {};
   // roulette begins behind the first vertex
@@ -209,7 +247,7 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const I e = I::load(entry + i);
     const Mask<W> here = Guides<W>::isKnown(e);
     const I region = select(here, Guides<W>::regionOf(e), I(0));
-    const F q = guides.density(region, direction(i));
+    const F q = guides.density(region, guides.placeIn(region, Vec3<W>::load(c.P, i)), direction(i));
     q.store(learned + i);
     if (out.reference) {
       select(here, guides.reference(region), F(state.seen)).store(out.reference + i);
@@ -228,7 +266,8 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     draw2(services->samples, I::load(c.sampleSeed + i), I::load(c.sampleIndex + i) * I(parts) + I(part),
           subSampled(dimensionAt(depth) + kDimGuide, part, parts), u, v);
     const Mask<W> on = Guides<W>::isOn(e);
-    const Vec3<W> d = guides.sample(select(on, Guides<W>::regionOf(e), I(0)), u, v, p);
+    const I region = select(on, Guides<W>::regionOf(e), I(0));
+    const Vec3<W> d = guides.sample(region, guides.placeIn(region, Vec3<W>::load(c.P, i)), u, v, p);
     select(on, d, Vec3<W>::load(c.N, i)).store(wi, i);
     zeroUnless(on, p).store(own + i);
   }
@@ -317,11 +356,13 @@ class Lessons {
     capacity_ = padded(g_->count) * kVertices;
     const auto floats = [&](uint32_t n) { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); };
     for (float*& x : P_) x = floats(capacity_);
-    for (float** x : {&inverse_, &throughput_, &before_, &ratio_, &survival_}) *x = floats(capacity_);
+    for (float** x : {&inverse_, &throughput_, &before_, &ratio_, &survival_, &near_}) *x = floats(capacity_);
     slot_ = reinterpret_cast<uint32_t*>(floats(capacity_));
     cell_ = reinterpret_cast<uint32_t*>(floats(capacity_));
     found_ = floats(g_->padded);
+    last_ = reinterpret_cast<uint32_t*>(floats(g_->padded));
     std::memset(found_, 0, g_->padded * sizeof(float));
+    std::memset(last_, 0, g_->padded * sizeof(uint32_t));
   }
 
   // Light that the paths have found.
@@ -347,9 +388,21 @@ class Lessons {
     pack.put(F(1.f) / max(inverse * pdf, F(1e-30f)), ratio_ + count_);
     pack.put(survival, survival_ + count_);
     pack.put(s.s, slot_ + count_);
+    F(0.f).store(near_ + count_);
+    for (uint32_t k = 0; k < uint32_t(pack.count); ++k) last_[slot_[count_ + k]] = count_ + k + 1;
     const I first(isFirst ? uint32_t(kIsFirst) : 0u);
-    pack.put(Guides<W>::cellOf(d) | select(guided, I(guiding::kWasGuided), I(0)) | first, cell_ + count_);
+    pack.put(Guides<W>::packed(d) | select(guided, I(guiding::kWasGuided), I(0)) | first, cell_ + count_);
     count_ += uint32_t(pack.count);
+  }
+
+  // Rays in the directions added last have met what they meet.
+  void arrive(uint32_t n, const uint32_t* live) {
+    for (uint32_t i = 0; i < n; ++i) {
+      uint32_t& last = last_[live[i]];
+      const float t = g_->paths.hits.t[live[i]];
+      if (last && t > 0 && t < 3e38f) near_[last - 1] = 1 / t;
+      last = 0;
+    }
   }
 
   // The paths have ended.
@@ -366,8 +419,14 @@ class Lessons {
       // as if roulette had not been played there
       const float seen = cell_[i] & kIsFirst ? std::max(before_[i] + light * survival_[i], 0.f) : -1.f;
       if (!(seen < 1e30f)) continue;
-      lessons[n] = {
-          {P_[0][i], P_[1][i], P_[2][i]}, cell_[i] & ~kIsFirst, arriving, guided, plain, 1 / survival_[i], seen};
+      lessons[n] = {{P_[0][i], P_[1][i], P_[2][i]},
+                    cell_[i] & ~kIsFirst,
+                    arriving,
+                    guided,
+                    plain,
+                    1 / survival_[i],
+                    near_[i],
+                    seen};
       slot_[n++] = slot_[i];
     }
     sv_->teach(g_, n, slot_, lessons);
@@ -379,9 +438,9 @@ class Lessons {
   Group* g_;
   const Services* sv_;
   uint32_t capacity_ = 0, count_ = 0;
-  static constexpr uint32_t kIsFirst = 0x40000000u;  // beside a cell and kWasGuided
-  float *P_[3], *inverse_, *throughput_, *before_, *ratio_, *survival_, *found_;
-  uint32_t *slot_, *cell_;
+  static constexpr uint32_t kIsFirst = 0x40000000u;  // beside a direction and kWasGuided
+  float *P_[3], *inverse_, *throughput_, *before_, *ratio_, *survival_, *found_, *near_;
+  uint32_t *slot_, *cell_, *last_;  // last_: by path, 1 + the lesson whose ray is on its way
 };
 
 // Regions of a context's points, by which they choose lights.
@@ -425,6 +484,7 @@ class LightLessons {
                           0,
                           0,
                           isTaught ? samples.chance[i] : 1.f,
+                          0,
                           -1};
     }
   }

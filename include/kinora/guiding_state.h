@@ -1,12 +1,18 @@
 // What path guiding learns: where light comes from, region by region of space, and the lessons that it follows from. The
 // state is plain data (kinora/integrator.h, Learning); kinora/guiding.h looks it up in kernels.
 //
-// Space is an octree over the world; a leaf is a region, and holds a distribution over the sphere of directions: cells of
+// Space is an octree over the world; a leaf is a region, and holds a distribution over a sphere of directions: cells of
 // equal size on the octahedral map (Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
 // JCGT 2014), chosen by halving the square, columns and rows in turn. Mueller et al., "Practical Path Guiding for Efficient
 // Light-Transport Simulation" (EGSR 2017) have trees of both kinds; here that of directions has one depth, so that lanes
 // stay together, and what was seldom seen is smoothed instead. Where a
 // region has few lessons in some directions, the larger part of space around it has its say.
+//
+// Light that comes from near by comes from other directions at one end of a region than at the other. So the sphere has
+// a centre in the region and a radius, which is the mean distance that its light comes from; a direction at a point
+// stands for the place of the sphere at which the ray leaves it. All points of the region then look towards one and the
+// same gap. (Ruppert, Herholz and Lensch, "Robust Fitting of Parallax-Aware Mixtures for Path Guiding", SIGGRAPH 2020,
+// move each lobe of a mixture by a distance of its own; one sphere a region keeps the map of directions one to one.)
 //
 // What arrives at a region, and what the camera sees of it, tell too how much a path is worth that goes on from there:
 // Russian roulette follows that (Vorba and Krivanek, "Adjoint-Driven Russian Roulette and Splitting in Light Transport
@@ -42,6 +48,7 @@ inline uint32_t splitAt(uint32_t node) {
   return ((node >> below) - kLine + 1) * kLine + (1u << below | (node & ((1u << below) - 1)));
 }
 inline constexpr float kSplitUnit = 1.f / 65536;  // shares: (number + 1/2) of it
+inline constexpr float kFarthestInside = 0.25f;   // squared, of a place in the frame of its region
 
 // Entries of the octree: a region of the lower bits where kLeaf is set, else the index of the first of eight entries.
 // kIsKnown: it has a distribution; kIsOn: and directions follow it.
@@ -50,14 +57,16 @@ inline constexpr uint32_t kLeaf = 0x80000000u, kIsOn = 0x40000000u, kIsKnown = 0
 // What a path says of one of its vertices.
 struct Lesson {
   float P[3];
-  uint32_t cell;  // of the direction in which it went on; kWasGuided
+  uint32_t cell;  // the direction in which it went on, kDirectionBits of each coordinate, and kWasGuided
   float light;    // radiance from there over the density of the direction
   float guided;   // squared contribution
   float plain;    // expectation, over how the direction was chosen, of that without guiding
   float visits;   // paths that it stands for: one over the chance with which roulette let it go on
+  float near;     // one over the distance of what the direction meets; 0: nothing
   float seen;     // at a path's first vertex: all that the path brought to its pixel; below 0: at another one
 };
 inline constexpr uint32_t kWasGuided = 0x80000000u;
+inline constexpr uint32_t kDirectionBits = 14;  // of each coordinate on the octahedral map
 // A lesson of a light sample: `cell` is this and the light's cluster; `light` what the sample would have brought were its
 // cluster chosen as without weights, squared, times, and `visits` divided by, what made the choice likelier than that.
 inline constexpr uint32_t kOfLight = 0x40000000u;
@@ -70,7 +79,8 @@ struct Options {
   uint32_t regions = 2048;    // at most; each takes 14 KB
   uint32_t perRegion = 800;   // lessons of an epoch, of which more are divided
   uint32_t firstOff = 16;     // samples before regions may be left alone
-  float gain = 0.85f;         // of the variance without guiding: what a region must come below
+  float gain = 0.75f;  // of the variance without guiding: what a region must come below, a guided path taking longer
+  float least = 0.1f;  // share of the paths' vertices: where regions with fewer are guided, all are left alone
 };
 
 // Which lights are worth a sample is learned from fewer paths than where light comes from.
@@ -91,14 +101,16 @@ inline Learning learning(const Options& o) { return {sizeof(Lesson), o.samples, 
 struct State {
   uint32_t words, regions, entries, guides;  // guides: 1 where some region is known
   float low[3], scale;                       // cells of the finest octree: (P - low) * scale
-  uint32_t tree, splits, density, lights, counts, sums;
+  uint32_t tree, splits, density, lights, counts, sums, frames;
   uint32_t lightWeights, lightSums;  // by region and cluster: Group::lightWeights; two numbers that they come from
   uint32_t lessons;
-  float seen;  // what a path brings to its pixel, in the mean
+  uint32_t isIdle;  // 1: guiding pays nowhere, and nothing more is learned
+  float seen;       // what a path brings to its pixel, in the mean
   const uint32_t* at(uint32_t offset) const { return reinterpret_cast<const uint32_t*>(this) + offset; }
   const float* floats(uint32_t offset) const { return reinterpret_cast<const float*>(this) + offset; }
   float* floats(uint32_t offset) { return reinterpret_cast<float*>(this) + offset; }
-  // By region: lights (radiance by cell, as lessons have it), counts (lessons by cell), sums (kSums numbers).
+  // By region: lights (radiance by cell, as lessons have it), counts (lessons by cell), sums (kSums numbers), frames (the
+  // centre of its sphere and one over the radius; 0: directions are the same everywhere).
   enum Sums : uint32_t {
     kGuided,
     kPlain,
@@ -137,6 +149,45 @@ inline float solidAngle(uint32_t cell) {
   return 4.f / kCells / (l2 * std::sqrt(l2));
 }
 
+// The direction of a place on the octahedral map, whose coordinates are from -1 to 1.
+inline void directionAt(float a, float b, float d[3]) {
+  const float r = 1 - std::fabs(a) - std::fabs(b);
+  if (r < 0) {
+    const float p = std::copysign(1 - std::fabs(b), a);
+    b = std::copysign(1 - std::fabs(a), b);
+    a = p;
+  }
+  const float l = 1 / std::sqrt(a * a + b * b + r * r);
+  d[0] = a * l;
+  d[1] = b * l;
+  d[2] = r * l;
+}
+// The cell of a direction of any length above 0.
+inline uint32_t cellOf(const float d[3]) {
+  const float l = 1 / (std::fabs(d[0]) + std::fabs(d[1]) + std::fabs(d[2]));
+  float a = d[0] * l, b = d[1] * l;
+  if (d[2] < 0) {
+    const float p = std::copysign(1 - std::fabs(b), a);
+    b = std::copysign(1 - std::fabs(a), b);
+    a = p;
+  }
+  const auto at = [](float x) { return uint32_t(std::clamp((x + 1) * (kSide / 2), 0.f, float(kSide - 1))); };
+  const uint32_t x = at(a), y = at(b);
+  uint32_t cell = 0;
+  for (uint32_t k = 0; k < kLevels; ++k) cell |= (x >> k & 1) << (2 * k + 1) | (y >> k & 1) << (2 * k);
+  return cell;
+}
+// A place in the frame of its region: from the centre of the sphere, whose radius is 1. Places so far out that the sphere
+// would be seen from its edge look along the directions as they are.
+inline void placeIn(const float frame[4], const float P[3], float e[3]) {
+  float square = 0;
+  for (int c = 0; c < 3; ++c) {
+    e[c] = (P[c] - frame[c]) * frame[3];
+    square += e[c] * e[c];
+  }
+  if (!(square < kFarthestInside)) e[0] = e[1] = e[2] = 0;
+}
+
 // Makes the state of the next epoch.
 class Teacher {
  public:
@@ -148,6 +199,7 @@ class Teacher {
         count_(services.records.count) {}
 
   void run() {
+    if (old_ && old_->isIdle) return;  // the state stays
     const uint64_t most = uint64_t(o_.regions) + 1;
     // the octree that grows: entries, and of each region what it comes from
     if (!make(tree_, 8 * (most + 1)) || !make(from_, most) || !make(share_, most) || !make(region_, count_ + 1) ||
@@ -306,6 +358,7 @@ class Teacher {
     head.lights = place(guided * kCells);
     head.counts = place(guided * kCells);
     head.sums = place(guided * State::kSums);
+    head.frames = place(guided * 4);
     head.lightWeights = place(weighed * kLightClusters);
     head.lightSums = place(weighed * 2 * kLightClusters);
     head.words = at + 16;
@@ -324,7 +377,10 @@ class Teacher {
     State* next = &s;
     float angle[kCells];
     for (uint32_t c = 0; c < kCells; ++c) angle[c] = solidAngle(c);
-    parallel(regions_, [&](uint64_t r) { sum(*next, uint32_t(r)); });
+    parallel(regions_, [&](uint64_t r) {
+      frame(*next, uint32_t(r));
+      sum(*next, uint32_t(r));
+    });
     double seen = 0, seenLessons = 0;
     for (uint32_t r = 0; r < regions_; ++r) {
       const float* sums = next->floats(next->sums) + r * State::kSums;
@@ -339,12 +395,13 @@ class Teacher {
           (sums[State::kSeen] + kSeenPrior * next->seen) / (sums[State::kSeenLessons] + kSeenPrior);
     }
     halveAll(*next, angle);
+    next->isIdle = !o_.lights && s_.lastSample >= o_.firstOff && paysNowhere(*next);
     uint32_t* tree = const_cast<uint32_t*>(next->at(next->tree));
     for (uint32_t e = 0; e < entries_; ++e) {
       if ((tree_[e] & kLeaf) && isKnown(*next, tree_[e] & kRegion)) {
         const bool isOn = !(next->floats(next->sums)[(tree_[e] & kRegion) * State::kSums + State::kLeftAlone] > 0);
         tree_[e] |= isOn ? kIsKnown | kIsOn : kIsKnown;
-        next->guides = 1;
+        next->guides = !next->isIdle;
       }
       tree[e] = tree_[e];
     }
@@ -395,9 +452,79 @@ class Teacher {
     });
   }
 
+  // Hardly any path comes to regions in which it is guided.
+  bool paysNowhere(const State& s) const {
+    double all = 0, on = 0;
+    for (uint32_t r = 1; r < regions_; ++r) {
+      const float* sums = s.floats(s.sums) + r * State::kSums;
+      all += double(sums[State::kVisits]);
+      if (isKnown(s, r) && !(sums[State::kLeftAlone] > 0)) on += double(sums[State::kVisits]);
+    }
+    return on < double(o_.least) * all;
+  }
   // Enough has been seen there.
   static bool isKnown(const State& s, uint32_t region) {
     return region && *s.at(s.splits + region * kSplitWords) & 1;
+  }
+
+  // The sphere of a region's directions: of its first lessons, for as long as it is not divided.
+  void frame(State& s, uint32_t region) const {
+    float* f = s.floats(s.frames) + region * 4;
+    if (old_ && from_[region] == region && !(share_[region] < 1)) {
+      std::memcpy(f, old_->floats(old_->frames) + region * 4, 4 * sizeof(float));
+      if (f[3] > 0) return;
+    }
+    // The mean of one over the distance, since directions turn by that; by what light comes from there.
+    double P[3] = {}, near = 0, light = 0;
+    uint32_t n = 0;
+    for (uint32_t i = first_[region]; region && i < first_[region + 1]; ++i) {
+      const Lesson& l = lessons_[order_[i]];
+      if (l.cell & kOfLight) continue;
+      for (int c = 0; c < 3; ++c) P[c] += double(l.P[c]);
+      const double w = std::sqrt(double(l.light));
+      near += w * double(l.near);
+      light += w;
+      ++n;
+    }
+    if (!n) return;
+    for (int c = 0; c < 3; ++c) f[c] = float(P[c] / n);
+    f[3] = light > 0 && std::isfinite(near / light) ? float(near / light) : 0.f;
+  }
+  // Values by cell, seen from another frame: each cell in four parts.
+  static void inherit(const float* values, const float from[4], float keep, const float to[4], float* out) {
+    if (std::memcmp(from, to, 4 * sizeof(float)) == 0 || !(from[3] > 0) || !(to[3] > 0)) {
+      for (uint32_t c = 0; c < kCells; ++c) out[c] = values[c] * keep;
+      return;
+    }
+    std::fill_n(out, kCells, 0.f);
+    for (uint32_t c = 0; c < kCells; ++c) {
+      if (!(values[c] > 0)) continue;
+      uint32_t x, y;
+      placeOf(c, x, y);
+      for (uint32_t k = 0; k < 4; ++k) {
+        float d[3];
+        directionAt((float(4 * x + 1 + 2 * (k & 1)) * (0.5f / kSide)) - 1,
+                    (float(4 * y + 1 + (k & 2)) * (0.5f / kSide)) - 1, d);
+        for (int j = 0; j < 3; ++j) d[j] = (from[j] + d[j] / from[3] - to[j]) * to[3];
+        out[guiding::cellOf(d)] += values[c] * keep * 0.25f;
+      }
+    }
+  }
+  // The cell of a lesson's direction, in the frame of its region.
+  static uint32_t cellOf(const Lesson& l, const float frame[4]) {
+    constexpr uint32_t kMost = (1u << kDirectionBits) - 1;
+    constexpr float kUnit = 2.f / float(kMost + 1);
+    float d[3], e[3], b = 0, square = 0;
+    directionAt((float(l.cell >> kDirectionBits & kMost) + 0.5f) * kUnit - 1,
+                (float(l.cell & kMost) + 0.5f) * kUnit - 1, d);
+    placeIn(frame, l.P, e);
+    for (int c = 0; c < 3; ++c) {
+      b += e[c] * d[c];
+      square += e[c] * e[c];
+    }
+    const float t = std::sqrt(b * b + 1 - square) - b;
+    for (int c = 0; c < 3; ++c) d[c] = e[c] + d[c] * t;
+    return guiding::cellOf(d);
   }
 
   // Lessons of a region, over the epochs.
@@ -409,10 +536,8 @@ class Teacher {
       // what is older counts for less: it was learned with less
       const float keep = 0.5f * share_[region];
       const float *a = old_->floats(old_->lights) + from * kCells, *b = old_->floats(old_->counts) + from * kCells;
-      for (uint32_t c = 0; c < kCells; ++c) {
-        lights[c] = a[c] * keep;
-        counts[c] = b[c] * keep;
-      }
+      inherit(a, old_->floats(old_->frames) + from * 4, keep, s.floats(s.frames) + region * 4, lights);
+      inherit(b, old_->floats(old_->frames) + from * 4, keep, s.floats(s.frames) + region * 4, counts);
       const float* x = old_->floats(old_->sums) + from * State::kSums;
       for (uint32_t k = 0; k < State::kLeftAlone; ++k) sums[k] = x[k] * keep;
       sums[State::kLeftAlone] = x[State::kLeftAlone];
@@ -420,7 +545,7 @@ class Teacher {
     for (uint32_t i = first_[region]; i < first_[region + 1]; ++i) {
       const Lesson& l = lessons_[order_[i]];
       if (l.cell & kOfLight) continue;
-      const uint32_t cell = l.cell & (kCells - 1);
+      const uint32_t cell = cellOf(l, s.floats(s.frames) + region * 4);
       lights[cell] += l.light;
       counts[cell] += 1;
       sums[State::kVisits] += l.visits;

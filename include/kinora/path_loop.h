@@ -89,7 +89,8 @@ class PathLoop {
         guide_ = state;
         reference_ = floats(n);
       }
-      if (g_->teaches) lessons_ = new (sv_->alloc(g_, sizeof(Lessons<W>))) Lessons<W>(g_, sv_);
+      if (g_->teaches && !(state && state->isIdle))
+        lessons_ = new (sv_->alloc(g_, sizeof(Lessons<W>))) Lessons<W>(g_, sv_);
     }
     if (o_.learnsLights && sv_->lightCount > 1) {
       static constexpr float kOnes[kLightClusters] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
@@ -925,6 +926,7 @@ class PathLoop {
       const uint32_t lightParts = first ? o_.lightSamples : 1, bxdfParts = first ? parts : 1;
       tellAgainstLights(lightParts, bxdfParts, n, live);
       sv_->trace(g_, &g_->paths, RayKind::Indirect, depth + 1, n, live, medium());
+      if (lessons_) lessons_->arrive(n, live);
       if (o_.farthest < 1e30f)  // of surfaces; lights are met wherever they are
         for (uint32_t i = 0; i < n; ++i) g_->paths.rays.tMax[live[i]] = 1e30f;
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
@@ -992,7 +994,7 @@ class PathLoop {
   uint32_t part_ = 0, parts_ = 1;  // directions from the first vertex: the one under way, and how many
   // Of what a path is expected to bring to its pixel, over all that is seen there, what lets it go on for certain; and
   // how likely it goes on at least.
-  static constexpr float kLearnedRoulette = 0.1f, kLeastSurvival = 0.5f;
+  static constexpr float kLearnedRoulette = 0.3f, kLeastSurvival = 0.3f;
   RefractedAlpha* alpha_ = nullptr;
   const guiding::State* lightState_ = nullptr;
   const guiding::State* guide_ = nullptr;

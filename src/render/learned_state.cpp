@@ -9,6 +9,7 @@
 #include <cstring>
 #include <exception>
 
+#include "light/light_tree.h"
 #include "render/adaptive.h"
 
 namespace kinora::render {
@@ -16,6 +17,7 @@ namespace kinora::render {
 namespace {
 
 constexpr uint64_t kAlign = 64;
+constexpr uintptr_t kLargePage = 2 << 20;
 
 }  // namespace
 
@@ -26,7 +28,12 @@ void* LearnedState::Block::data() const {
 LearnedState::Block LearnedState::makeBlock(uint64_t bytes) {
   if (bytes > UINT64_MAX / 2) throw MemoryExceeded("what the integrator learns does not fit");
   held_.add(bytes + kAlign);
-  Block b{std::make_unique<std::byte[]>(bytes + kAlign), bytes};
+  Block b{std::make_unique_for_overwrite<std::byte[]>(bytes + kAlign), bytes};
+  // lanes look up places all over it
+  const auto begin = reinterpret_cast<uintptr_t>(b.memory.get()), end = begin + bytes;
+  if (const uintptr_t page = (begin + kLargePage - 1) / kLargePage * kLargePage; page < end)
+    light::useLargePages(reinterpret_cast<void*>(page), end - page);
+  std::memset(b.memory.get(), 0, bytes + kAlign);
   mostBytes_ = std::max(mostBytes_, held_.bytes());
   return b;
 }
