@@ -161,7 +161,9 @@ class Bidirectional {
           adjointFactor(end, j, -d) * Float<1>(float(found[i]) / (to.distance[r] * to.distance[r] * (1 + others)));
       const V arriving =
           V::load(paths_.throughput, s) * V(at.throughput[0], at.throughput[1], at.throughput[2]) * share;
-      arrivals_.from(i, d, to.distance[r], c.slotCount * end.slotCount);
+      const V way = to.between(c, r);
+      const Float<1> reach = max(length(way), Float<1>(1e-18f));
+      arrivals_.from(i, way / reach, reach.lane0(), c.slotCount * end.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
         for (uint32_t m = 0; m < end.slotCount; ++m)
           arrivals_.add(

@@ -531,6 +531,15 @@ struct Connections {
     }
     bxdf = evaluateBxdf(c, d);
   }
+  // From where a ray leaves a point of the context to where one leaves the other end: what a shadow ray of the connection
+  // goes. From off the surface in the direction d it would meet one that it comes to at a low angle before the end.
+  Vec3<1> between(const Context& c, uint32_t connection) const {
+    const uint32_t i = point[connection], j = end[connection].point;
+    const Context& e = *end[connection].context;
+    const Vec3<1> w = Vec3<1>::load(d, i);
+    return leave(Vec3<1>::load(e.P, j), Vec3<1>::load(e.Ng, j), Float<1>(e.bias[j]), -w) -
+           leave(Vec3<1>::load(c.P, i), Vec3<1>::load(c.Ng, i), Float<1>(c.bias[i]), w);
+  }
 };
 
 }  // namespace HWY_NAMESPACE

@@ -391,7 +391,7 @@ void Interpreter::reportKept(const Request& r) {
           !r.args[k + 1].strings.empty())
         object = r.args[k + 1].strings[0];
     if (object.empty() && r.count > 1 && !r.args[1].strings.empty()) object = r.args[1].strings[0];
-    if (!keptNames_.insert("DynamicLoad " + object).second) return;
+    if (!keptNames_.insert(r.name + " " + object).second) return;
     report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
            "the shared object '" + object.substr(0, 200) + "' of a " + r.args[0].strings[0] + " is not loaded",
            "what it would draw is left out; the request is kept in the scene description",
