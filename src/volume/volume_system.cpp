@@ -52,6 +52,7 @@ const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& 
     diagnostics_.warning("ASSET-VOLUME-MISSING", {}, named + " is not there", "'" + path + "' is used instead");
   std::string why = "it holds no volumes (OpenVDB)";
   std::unique_ptr<VoxelGrid> grid;
+  const volume::VoxelStore::Mark before = store_->mark();
   try {
     if (image::holdsVolumes(path)) grid = volume::readGrid(program_, path, which, why, store_);
   } catch (const std::exception& e) {
@@ -59,6 +60,7 @@ const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& 
     why = e.what();
   }
   if (!grid) {
+    store_->release(before);
     diagnostics_.warning("ASSET-VOLUME-READ", {}, named + " cannot be used: '" + path + "': " + why,
                          "lookups give the missing colour");
     return nullptr;
@@ -69,7 +71,12 @@ const VoxelGrid* VolumeSystem::read(const std::string& file, const std::string& 
                          "they are held in memory", "TMPDIR names a folder with room");
   // one grid may be asked for by name, by number and as the usual one
   const auto [it, isNew] = held_.try_emplace({path, grid->shape().subimage}, nullptr);
-  if (isNew) it->second = std::move(grid);
+  if (isNew) {
+    it->second = std::move(grid);
+  } else {
+    grid.reset();
+    store_->release(before);
+  }
   return it->second.get();
 }
 

@@ -57,6 +57,13 @@ float* VoxelStore::add(size_t floats) {
   return slabs_.back().get();
 }
 
+void VoxelStore::release(const Mark& mark) {
+  slabs_.resize(mark.slabs);
+  memory_.set(memory_.bytes() - (slabBytes_ - mark.slabBytes));
+  slabBytes_ = mark.slabBytes;
+  used_ = mark.used;
+}
+
 bool VoxelStore::openFile() {
   const auto fail = [&] {
     failure_ = "no file in '" + folder_ + "' (" + std::strerror(errno) + ")";

@@ -26,6 +26,13 @@ class VoxelStore {
   // Room for so many numbers, not initialised, for the life of the store. One thread at a time. Throws MemoryExceeded
   // or bad_alloc.
   float* add(size_t floats);
+  // Gives back all that was added since mark(), whose addresses nobody holds any more. Between calls of add().
+  struct Mark {
+    size_t slabs;
+    uint64_t slabBytes, used;
+  };
+  Mark mark() const { return {slabs_.size(), slabBytes_, used_}; }
+  void release(const Mark& mark);
   // Before a number that add() gave is read or written: what lies in the file and was let go counts as being in memory
   // again. Thread-safe.
   void use(const float* at) {

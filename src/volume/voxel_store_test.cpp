@@ -97,6 +97,24 @@ TEST(VoxelStore, WithoutABoundAllIsInMemory) {
   EXPECT_EQ(store.counts().fileBytes, 0u);
 }
 
+TEST(VoxelStore, WhatIsGivenBackIsUsedAgain) {
+  for (const uint64_t bound : {uint64_t(0), uint64_t(2) << 20}) {
+    VoxelStore store(bound);
+    store.add(1 << 16)[0] = 1;
+    const VoxelStore::Mark mark = store.mark();
+    const VoxelStore::Counts before = store.counts();
+    float* const first = store.add(1 << 18);
+    for (int i = 0; i < 10; ++i) store.add(1 << 18)[0] = 1;
+    store.release(mark);
+    EXPECT_EQ(store.counts().memoryBytes, before.memoryBytes);
+    EXPECT_EQ(store.counts().fileBytes, before.fileBytes);
+    float* const again = store.add(1 << 18);
+    if (bound) {
+      EXPECT_EQ(again, first) << "of the file";
+    }
+  }
+}
+
 TEST(VoxelStore, AFolderWithoutRoomIsTold) {
   VoxelStore store(1 << 20, "/nowhere/at all");
   std::vector<float*> at;
