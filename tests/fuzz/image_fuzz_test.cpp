@@ -82,6 +82,63 @@ TEST(ImageFuzz, StripsAndTilesOfBillionsOfRowsAreRefused) {
   EXPECT_EQ(loadImageInput(tiff(0xffffffffu)).words.find("strips"), std::string::npos) << "one strip is common";
 }
 
+// Where the entries of a TIFF's directories begin, one list for each of its levels.
+std::vector<std::vector<size_t>> directories(std::string_view bytes) {
+  std::vector<std::vector<size_t>> found;
+  if (!bytes.starts_with(std::string_view("II*\0", 4))) return found;
+  const auto number = [&](size_t at, int size) {
+    size_t v = 0;
+    for (int i = size; i-- > 0;) v = v << 8 | static_cast<unsigned char>(bytes[at + i]);
+    return v;
+  };
+  for (size_t at = number(4, 4); at && at + 6 < bytes.size();) {
+    const size_t entries = number(at, 2), next = at + 2 + entries * 12;
+    if (next + 4 > bytes.size()) break;
+    for (found.emplace_back(); at + 2 + found.back().size() * 12 < next;)
+      found.back().push_back(at + 2 + found.back().size() * 12);
+    at = number(next, 4);
+  }
+  return found;
+}
+void putNumber(std::string& bytes, size_t at, uint32_t value, int size) {
+  for (int i = 0; i < size; ++i) bytes[at + i] = char(value >> (8 * i) & 255);
+}
+constexpr uint32_t kExtremes[] = {0, 0x7fffffff, 0xffffffff};
+
+// Findings: tiles of 2^32 - 1 columns or rows came as -1 and were divided by (SIGFPE), in the first level or in another;
+// tiles of a coarser level that are 2^31 deep were allocated.
+TEST(ImageFuzz, NumbersOfTiffDirectoriesMayBeAnything) {
+  size_t runs = 0, refused = 0;
+  const auto load = [&](const std::string& bytes) {
+    refused += !loadImageInput(bytes).read;
+    ++runs;
+  };
+  for (const auto& [name, whole] : smallImages())
+    for (const auto& entries : directories(whole)) {
+      SCOPED_TRACE(name);
+      std::string bytes = whole;
+      for (size_t entry : entries)
+        for (size_t part : {size_t(4), size_t(8)})  // count and value
+          for (uint32_t value : kExtremes) {
+            bytes.replace(entry, 12, whole, entry, 12);
+            putNumber(bytes, entry + part, value, 4);
+            load(bytes);
+          }
+      // entries that the file did not have, in place of its last: rows a strip, a tile's sides and depth
+      const size_t last = entries.back();
+      bytes = whole;
+      for (uint32_t tag : {278u, 322u, 323u, 32998u})
+        for (uint32_t value : kExtremes) {
+          putNumber(bytes, last, tag, 2), putNumber(bytes, last + 2, 4, 2);
+          putNumber(bytes, last + 4, 1, 4), putNumber(bytes, last + 8, value, 4);
+          load(bytes);
+        }
+    }
+  EXPECT_GT(runs, 300u);
+  EXPECT_GT(refused, runs / 20);
+  EXPECT_LT(refused, runs);
+}
+
 TEST(ImageFuzz, SomeSecondsWithAFixedSeed) {
   const auto images = smallImages();
   ImageMutator random(1);

@@ -10,11 +10,14 @@ namespace kinora::image {
 // TIFF files say how many rows a strip has. OpenImageIO 2.4 allocates that many rows, and near 2^31, where its sum
 // overflows, never ends. More than the picture has serves nobody, but for all ones ("one strip"), which it does not
 // tell.
-// Tiles are allocated whole too.
+// Tiles are allocated whole too, and divided by: a TIFF's sizes of 2^31 and more come as negative ones, and a tile of no
+// rows ends the program.
 inline bool blocksAreBelievable(const OIIO::ImageSpec& spec) {
   const int rows = spec.get_int_attribute("tiff:RowsPerStrip", 1);
-  return rows > 0 && rows <= 2 * spec.height + 1024 && spec.tile_width <= 2 * spec.width + 1024 &&
-         spec.tile_height <= 2 * spec.height + 1024;
+  if (rows <= 0 || rows > 2 * spec.height + 1024) return false;
+  if (spec.tile_width == 0 && spec.tile_height == 0) return true;
+  return spec.tile_width > 0 && spec.tile_width <= 2 * spec.width + 1024 && spec.tile_height > 0 &&
+         spec.tile_height <= 2 * spec.height + 1024 && spec.tile_depth == 1;
 }
 
 // Channels 0 .. channels-1 of the first subimage as floats, interleaved, into spec.width x spec.height x channels.

@@ -36,6 +36,8 @@ std::string disbelief(const OIIO::ImageSpec& spec, double fileBytes) {
            std::to_string(spec.nchannels) + " channels, " + what;
   };
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) return "it holds no pixels";
+  if (spec.deep || spec.depth > 1) return "it is a deep or volume image";
+  if (!image::blocksAreBelievable(spec)) return "its strips or tiles have a size that is not believed";
   if (spec.width > kMaxSide || spec.height > kMaxSide || spec.nchannels > kMaxChannels ||
       double(spec.width) * spec.height * double(spec.pixel_bytes(true)) > fileBytes * kMaxExpansion)
     return numbers("more than its size can hold");
@@ -135,9 +137,6 @@ std::string examine(const std::string& path, FileFacts& facts) {
       return "it is no image that can be read (" + why + ")";
     }
     const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) return "it holds no pixels";
-    if (spec.deep || spec.depth > 1) return "it is a deep or volume image";
-    if (!image::blocksAreBelievable(spec)) return "its strips or tiles have a size that is not believed";
     if (std::string why = disbelief(spec, fileBytes); !why.empty()) return why;
     facts.path = path;
     facts.width = spec.width;
