@@ -3,10 +3,10 @@
 include(CMakePackageConfigHelpers)
 
 function(kinora_install)
-  install(TARGETS kinora RUNTIME DESTINATION bin)
+  install(TARGETS kinora kinora-procedural RUNTIME DESTINATION bin)
   # found by the programs and by each other from where they lie: the tree can be moved
   install(TARGETS kinora_base kinora_image kinora_pictures LIBRARY DESTINATION lib/kinora)
-  set_target_properties(kinora kinora-check-plugin PROPERTIES INSTALL_RPATH "$ORIGIN/../lib/kinora")
+  set_target_properties(kinora kinora-procedural kinora-check-plugin PROPERTIES INSTALL_RPATH "$ORIGIN/../lib/kinora")
   set_target_properties(kinora_base kinora_image kinora_pictures PROPERTIES INSTALL_RPATH "$ORIGIN")
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/kinora DESTINATION include FILES_MATCHING PATTERN "*.h")
   # a place for plug-ins of the user; the stock ones are linked into the program

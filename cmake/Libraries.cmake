@@ -1,11 +1,11 @@
 # A room is a folder of src/, with folders inside where it is large; its library takes every *.cpp but *_test.cpp,
-# *_main.cpp, main.cpp and those of a folder module/ (kinora_picture_library). Tests beside the
+# *_main.cpp, main.cpp and those of a folder module/ (kinora_picture_library) and of rib/ri/ (kinora_procedural_host). Tests beside the
 # code are gathered by kinora_tests(), so that adding a file to a room needs no edit here. SHARED: what it knows (memory
 # charged, colours) is one for the program and the picture library.
 function(kinora_library name)
   cmake_parse_arguments(R "SHARED" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp ${PROJECT_SOURCE_DIR}/src/${name}/*/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "(_test|_main|/main)\\.cpp$|/module/")
+  list(FILTER sources EXCLUDE REGEX "(_test|_main|/main)\\.cpp$|/module/|/rib/ri/")
   kinora_sanitize(${sources})
   if(sources)
     if(R_SHARED)
@@ -107,6 +107,16 @@ function(kinora_check_plugin)
   add_executable(kinora-check-plugin ${PROJECT_SOURCE_DIR}/src/testing/check_plugin_main.cpp)
   target_link_libraries(kinora-check-plugin PRIVATE kinora_testing kinora_stock kinora_plugin)
   install(TARGETS kinora-check-plugin RUNTIME DESTINATION bin)
+endfunction()
+
+# Runs shared objects of Procedural "DynamicLoad": its functions are theirs to call.
+function(kinora_procedural_host)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/rib/ri/*.cpp)
+  kinora_sanitize(${sources})
+  add_executable(kinora-procedural ${sources})
+  target_link_libraries(kinora-procedural PRIVATE kinora_rib CLI11::CLI11 ${CMAKE_DL_LIBS})
+  set_target_properties(kinora-procedural PROPERTIES ENABLE_EXPORTS ON RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+  add_dependencies(kinora kinora-procedural)
 endfunction()
 
 # The benchmarks: a program of its own over the whole renderer.

@@ -108,6 +108,9 @@ class RenderRun {
     reading.dirmap = options_.dirmap;
     reading.stop = options_.settings.stop;
     reading.allowExec = options_.allowExec;
+    std::error_code unknown;
+    reading.proceduralHost =
+        std::filesystem::read_symlink("/proc/self/exe", unknown).replace_filename("kinora-procedural");
     reading.delaysProcedurals = true;
     rib::RibReader reader(diagnostics_, std::move(reading), [&](scene::Scene&& scene) {
       take({std::move(scene), reader.procedurals()});

@@ -105,10 +105,10 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     std::vector<std::string> directories = splitPath(path.substr(equals + 1));
     if (directories.empty()) return "--search-path '" + path + "' names no folder";
     for (std::string& directory : directories)
-      (kind == "texture" || kind == "resource" ? s.texturePath
-       : kind == "archive"                     ? out.archivePath
-       : kind == "shader"                      ? s.shaderPath
-                                               : out.pluginPath)
+      (kind == "texture" || kind == "resource"     ? s.texturePath
+       : kind == "archive" || kind == "procedural" ? out.archivePath
+       : kind == "shader"                          ? s.shaderPath
+                                                   : out.pluginPath)
           .push_back(std::move(directory));
   }
   for (const std::string& map : texts.dirmaps)
@@ -209,7 +209,8 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("MODE");
   app.add_option("--stats", out.statsFile, "write where time and memory went; .json, .html or .txt")
       ->type_name("FILE");
-  app.add_flag("--allow-exec", out.allowExec, "let the scene run programs (Procedural \"RunProgram\")");
+  app.add_flag("--allow-exec", out.allowExec,
+               "let the scene run programs and shared objects (Procedural \"RunProgram\", \"DynamicLoad\")");
   app.add_flag("--read-procedurals", s.readsAllProcedurals,
                "read delayed archives before the first sample; changes no pixel");
   list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")

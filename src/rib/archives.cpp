@@ -35,8 +35,12 @@ void Interpreter::readArchive(Request& r) {
 
 // The name is mapped already (--dirmap). Along the scene's own path ('@' is what the caller gave), then the caller's.
 std::string Interpreter::findArchive(const std::string& asNamed, const std::string& including) const {
-  const std::string own = (world_ ? *world_ : frame_.options).options.getString("searchpath:archive", "");
-  return ArchiveSearch{expandSearchPath(own, read_.archivePath), {}, mainDirectory_}.find(asNamed, including);
+  const scene::ParameterList& options = (world_ ? *world_ : frame_.options).options;
+  std::vector<std::string> path = expandSearchPath(options.getString("searchpath:archive", ""), read_.archivePath);
+  // what a procedural names may stand on a path of its own
+  if (const std::string own = options.getString("searchpath:procedural", ""); !own.empty())
+    for (std::string& folder : expandSearchPath(own, {})) path.push_back(std::move(folder));
+  return ArchiveSearch{std::move(path), {}, mainDirectory_}.find(asNamed, including);
 }
 
 bool Interpreter::readsItself(const std::string& identity, const std::string& what, const Request& r) {
@@ -101,27 +105,48 @@ void Interpreter::readNamedArchive(const std::string& name, const Request& r, bo
 }
 
 // The words of a command line, without a shell's other powers.
-void Interpreter::readProgram(const std::string& command, const std::string& data, const Request& r) {
-  const std::string name = "the program '" + command.substr(0, 200) + "'";
+bool Interpreter::runs(std::string_view kind) const {
+  return read_.allowExec && (kind == "RunProgram" || (kind == "DynamicLoad" && !read_.proceduralHost.empty()));
+}
+
+void Interpreter::readProgram(const Delayed& what, const Request& r) {
+  const std::string& command = what.data[0];
+  const std::string data = what.data.size() > 1 ? what.data[1] : std::string();
+  const bool isObject = what.kind == "DynamicLoad";
+  const std::string name = (isObject ? "the shared object '" : "the program '") + command.substr(0, 200) + "'";
   Source s;
   s.identity = "program:" + command + "\n" + data;
   if (!mayReadAnother(command, r) || readsItself(s.identity, name, r)) return;
+  const std::string from = r.pos.file ? *r.pos.file : std::string();
+  constexpr const char* kDetail = "1000000";  // all there is: how large it is seen is not known yet
   std::vector<std::string> words;
-  for (size_t at = 0; (at = command.find_first_not_of(" \t", at)) != std::string::npos;) {
-    const size_t end = std::min(command.find_first_of(" \t", at), command.size());
-    words.push_back(command.substr(at, end - at));
-    at = end;
+  if (isObject) {
+    std::string file = findArchive(command, from);
+    if (file.empty()) file = findArchive(command + ".so", from);
+    if (file.empty()) {
+      report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " is not found", "it is left out",
+             "give its folder by --search-path procedural=DIR or Option \"searchpath\" \"procedural\"");
+      return;
+    }
+    words = {read_.proceduralHost, std::filesystem::absolute(file).string(), "--detail", kDetail};
+    if (!what.bound.empty()) words.push_back("--bound");
+    for (const double x : what.bound) words.push_back(std::to_string(x));
+  } else {
+    for (size_t at = 0; (at = command.find_first_not_of(" \t", at)) != std::string::npos;) {
+      const size_t end = std::min(command.find_first_of(" \t", at), command.size());
+      words.push_back(command.substr(at, end - at));
+      at = end;
+    }
+    // a program beside the scene may be named by its file alone
+    if (!words.empty())
+      if (const std::string file = findArchive(words[0], from); !file.empty())
+        words[0] = std::filesystem::absolute(file).string();
   }
-  // a program beside the scene may be named by its file alone
-  if (!words.empty())
-    if (const std::string file = findArchive(words[0], r.pos.file ? *r.pos.file : std::string()); !file.empty())
-      words[0] = std::filesystem::absolute(file).string();
   ProgramLimits limits;
   limits.seconds = read_.programSeconds;
   limits.stop = read_.stop;
   std::string why;
-  // all the detail there is: how large it is seen is not known yet
-  std::optional<std::string> text = runProgram(words, "1000000 " + data + "\n", limits, why);
+  std::optional<std::string> text = runProgram(words, isObject ? data : kDetail + (" " + data + "\n"), limits, why);
   if (!text) {
     report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " gives nothing: " + why, "it is left out");
     return;
@@ -143,14 +168,13 @@ void Interpreter::procedural(Request& r) {
   std::vector<std::string> data;
   if (!c.string(kind) || !c.strings(data) || data.empty()) return badArguments(r, "a kind and its arguments");
   const bool isArchive = kind == "DelayedReadArchive";
-  if (isArchive || (kind == "RunProgram" && read_.allowExec)) {
-    Delayed what{kind, data, std::vector<double>(6)};
+  Delayed what{kind, data, std::vector<double>(6)};
+  if (isArchive || runs(kind)) {
     if (!c.numbers(6, what.bound.data())) what.bound.clear();
     if (delay(what, r)) return;
   }
   if (isArchive) return readNamedArchive(data[0], r, true);
-  if (kind == "RunProgram" && read_.allowExec)
-    return readProgram(data[0], data.size() > 1 ? data[1] : std::string(), r);
+  if (runs(kind)) return readProgram(what, r);
   geometryRequest(r);
 }
 

@@ -395,7 +395,9 @@ void Interpreter::reportKept(const Request& r) {
     report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
            "the shared object '" + object.substr(0, 200) + "' of a " + r.args[0].strings[0] + " is not loaded",
            "what it would draw is left out; the request is kept in the scene description",
-           "Procedural \"RunProgram\" with --allow-exec runs a program that prints the same RIB");
+           r.args[0].strings[0] == "DynamicLoad"
+               ? "--allow-exec lets scenes run shared objects: only for scenes that you trust"
+               : "Procedural \"DynamicLoad\" or \"RunProgram\" with --allow-exec runs an object or a program");
     return;
   }
   static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",

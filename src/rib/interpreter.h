@@ -283,11 +283,12 @@ class Interpreter {
   void procedural(Request&);
   void procedural2(Request&);
   // ---- procedurals.cpp
-  // What a procedural reads: the file of an archive, or a program and the data for it.
+  // What a procedural reads: the file of an archive, or a program or shared object and the data for it.
   struct Delayed {
     std::string kind;
     std::vector<std::string> data;
-    std::vector<double> bound;
+    std::vector<double> bound;  // empty: none
+    bool isProgram() const { return kind == "RunProgram" || kind == "DynamicLoad"; }
   };
   // False where it must be read now: its bound is none, or what it says belongs to what is open around it.
   bool delay(const Delayed& what, const Request& r);
@@ -300,7 +301,8 @@ class Interpreter {
   // has it. What else they hold still waits.
   bool findInDelayed(const std::string& handle);
   void readNamedArchive(const std::string& name, const Request& r, bool isProcedural = false);
-  void readProgram(const std::string& command, const std::string& data, const Request& r);
+  void readProgram(const Delayed& what, const Request& r);
+  bool runs(std::string_view kind) const;  // whether procedurals of that kind are run here
   // Messages where not.
   bool mayReadAnother(const std::string& name, const Request& r);
   bool readsItself(const std::string& identity, const std::string& what, const Request& r);

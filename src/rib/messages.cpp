@@ -139,9 +139,11 @@ constexpr Explanation kExplanations[] = {
      "An archive reads itself, or an object holds an instance of itself, directly or through others. The inner use "
      "is ignored."},
     {"RIB-MISSPELT",
-     "An Attribute, an Option or a parameter of the Hider has a name that differs by a letter from one that is known, "
+     "An Attribute, an Option or a parameter of the Hider has a name that differs by a letter from one that is "
+     "known, "
      "or a string where that takes a number (or the other way round). It is kept in the scene description, where "
-     "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of one's "
+     "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of "
+     "one's "
      "own are no mistake; put them into the group \"user\"."},
     {"RIB-INSTANCE-VALUES",
      "ObjectInstance was given primitive variables. An instance has the attributes that stand before it and the "
@@ -177,10 +179,13 @@ constexpr Explanation kExplanations[] = {
      "is written again, and has no effect on the picture. Each such request is reported once, where it is first "
      "met."},
     {"RIB-PROGRAM",
-     "Procedural \"RunProgram\" names a program whose output would be part of the scene. It is run, since "
-     "--allow-exec "
-     "was given, but cannot be started, fails without an answer, takes more than 60 seconds or prints more than a "
-     "gigabyte. It is ended and left out."},
+     "Procedural \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output would be part "
+     "of "
+     "the scene. It is run, since --allow-exec was given, but is not found, cannot be started, crashes, fails "
+     "without "
+     "an answer, takes more than 60 seconds or prints more than a gigabyte. It is ended and left out. Shared objects "
+     "are run by kinora-procedural, which stands beside kinora; what it prints to standard error says more, and "
+     "kinora-procedural OBJECT DATA runs it by hand."},
     {"RIB-KEPT-PROGRAM",
      "Procedural \"RunProgram\" names a program whose output would be part of the scene. Programs are run with "
      "--allow-exec alone: a scene from elsewhere could do anything with the rights of who renders it."},

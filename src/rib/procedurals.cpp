@@ -122,7 +122,7 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
   }
 
   uint64_t bytesToRead() const override {
-    if (what_.kind == "RunProgram") return 0;
+    if (what_.isProgram()) return 0;
     Diagnostics unheard([](const std::string&, Severity) {});
     Interpreter in(unheard, around_->read, {});
     in.frame_.options = around_->world;
@@ -152,7 +152,7 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
 
   // Its objects, and those of what is nested in it, become those of `to`. Programs are not run for that.
   void giveObjects(Interpreter& to, const scene::Primitive& as) const {
-    if (what_.kind == "RunProgram") return;
+    if (what_.isProgram()) return;
     Diagnostics unheard([](const std::string&, Severity) {});  // it says it all once it is read for itself
     Interpreter in(unheard, around_->read, {});
     prepare(in, as);
@@ -187,8 +187,8 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     Request request;
     request.name = "Procedural";
     request.pos = pos_;
-    if (what_.kind == "RunProgram")
-      in.readProgram(what_.data[0], what_.data.size() > 1 ? what_.data[1] : std::string(), request);
+    if (what_.isProgram())
+      in.readProgram(what_, request);
     else
       in.readNamedArchive(what_.data[0], request);
     in.sources_.clear();
@@ -342,7 +342,7 @@ bool Interpreter::delay(const Delayed& what, const Request& r) {
   std::get<scene::OtherPrimitive>(p.shape).args.set(std::move(around));
   source->ancestors = ancestors_;
   for (const Source& open : sources_) source->ancestors.push_back(open.identity);
-  if (lightSearch_ && what.kind != "RunProgram") {
+  if (lightSearch_ && !what.isProgram()) {
     scene::Primitive as = p;
     as.toWorld = state_.ctm;
     as.attributes = attributesInUse();

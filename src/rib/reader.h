@@ -26,7 +26,8 @@ struct ReadOptions {
   int maxArchiveReads = 1000000;  // in all: archives that multiply end here
   int maxBlockDepth = 10000;      // open blocks
   bool allowExec = false;         // programs that the scene names are run for what they print
-  double programSeconds = 60;     // each at most so long
+  std::string proceduralHost;  // the program that runs shared objects of DynamicLoad (ri/); empty: they are not run
+  double programSeconds = 60;  // each at most so long
   // Procedurals with a finite bound are not read: they are primitives that stand for what procedurals() can read.
   bool delaysProcedurals = false;
 };

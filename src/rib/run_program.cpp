@@ -82,6 +82,7 @@ std::optional<std::string> runProgram(const std::vector<std::string>& words, con
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limits.seconds);
   std::string answer;
   size_t sent = 0;
+  if (request.empty()) shutdown(ours.fd, SHUT_WR);
   bool isAnswered = false, isOver = false;
   while (!isAnswered && !isOver && why.empty()) {
     if (std::chrono::steady_clock::now() >= end)
@@ -112,12 +113,10 @@ std::optional<std::string> runProgram(const std::vector<std::string>& words, con
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!why.empty()) return std::nullopt;
-  if (!isAnswered && answer.empty()) {
-    if (WIFSIGNALED(status)) why = "it was ended by signal " + std::to_string(WTERMSIG(status));
-    if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
-      why = "it ended with code " + std::to_string(WEXITSTATUS(status));
-    if (!why.empty()) return std::nullopt;
-  }
+  if (!isAnswered && WIFSIGNALED(status)) why = "it was ended by signal " + std::to_string(WTERMSIG(status));
+  if (!isAnswered && answer.empty() && WIFEXITED(status) && WEXITSTATUS(status) != 0)
+    why = "it ended with code " + std::to_string(WEXITSTATUS(status));
+  if (!why.empty()) return std::nullopt;
   return answer;
 }
 

@@ -24,7 +24,7 @@ run() {
 cmake --install "$build_dir" --prefix "$work/first" >"$work/install.log" || fail "cmake --install"
 mv "$work/first" "$work/moved here"
 tree="$work/moved here"
-for part in bin/kinora bin/kinora-check-plugin include/kinora/plugin.h include/kinora/testing/bxdf_checks.h \
+for part in bin/kinora bin/kinora-check-plugin bin/kinora-procedural include/kinora/ri.h include/kinora/plugin.h include/kinora/testing/bxdf_checks.h \
   lib/libkinora-testing.a lib/kinora/libkinora_base.so lib/kinora/libkinora_image.so lib/kinora/libkinora_pictures.so lib/kinora/plugins lib/cmake/Kinora/KinoraConfig.cmake share/kinora/scenes/cornell.rib \
   share/kinora/docs/plugins.md; do
   [[ -e $tree/$part ]] || fail "$part is not installed"
@@ -153,6 +153,22 @@ for example in FireflyClamp Posterize SoftSpot Tent Puff; do
   run 0 kit.log "$tree/bin/kinora-check-plugin" "$work/build_examples/$example.so"
 done
 run 0 kit_user.log "$work/build_kit_user/kit_user"
+
+# a shared object of Procedural "DynamicLoad", built as its author does and run by the installed program
+cc -shared -fPIC -Wall -Werror -I "$tree/include" "$source_dir/examples/procedurals/menger.c" -o menger.so
+cat >sponge.rib <<'RIB'
+Format 32 24 1
+Projection "perspective" "fov" [40]
+Translate 0 0 5
+WorldBegin
+Light "PxrDomeLight" "dome"
+Procedural "DynamicLoad" ["menger" "1 -1 1 -1 1 -1 1  1 1 1 1 0 1 1 1 1  1 0 1 0 0 0 1 0 1  1 1 1 1 0 1 1 1 1"] [-1 1 -1 1 -1 1]
+WorldEnd
+RIB
+run 0 sponge.log "$kinora" sponge.rib -o sponge.exr --progress none --spp 1 --allow-exec --strict
+run 0 none.log "$kinora" sponge.rib -o none.exr --progress none --spp 1
+grep -q RIB-KEPT-PROCEDURAL none.log || fail "an object that is not run is not named"
+run 1 diff.log "$kinora" diff sponge.exr none.exr
 
 # broken libraries: a message that names the library, a picture, code 0; with --strict code 4
 for broken in WrongAbi NoSymbol; do

@@ -40,12 +40,14 @@ struct Said {
   std::shared_ptr<const scene::ProceduralSources> procedurals;
 };
 
-inline Said readScene(const Folder& folder, Diagnostics& diagnostics, bool allowExec = false) {
+inline Said readScene(const Folder& folder, Diagnostics& diagnostics, bool allowExec = false,
+                      const std::string& proceduralHost = "") {
   Said out;
   rib::ReadOptions reading;
   reading.delaysProcedurals = true;
   reading.allowExec = allowExec;
   reading.programSeconds = 0.5;
+  reading.proceduralHost = proceduralHost;
   rib::RibReader reader(diagnostics, reading, [&](scene::Scene&& s) {
     out.scene = std::move(s);
     out.procedurals = reader.procedurals();
@@ -65,12 +67,13 @@ struct Rendered {
   uint64_t warnings = 0, errors = 0;
 };
 
-inline Rendered rendered(const Folder& folder, render::Settings settings, bool allowExec = false) {
+inline Rendered rendered(const Folder& folder, render::Settings settings, bool allowExec = false,
+                         const std::string& proceduralHost = "") {
   Rendered out;
   Diagnostics diagnostics([&](const std::string& line, Severity s) {
     if (s != Severity::Info) out.said += line + "\n";
   });
-  auto [scene, procedurals] = readScene(folder, diagnostics, allowExec);
+  auto [scene, procedurals] = readScene(folder, diagnostics, allowExec, proceduralHost);
   if (!scene) return out;
   if (settings.threads == 0) settings.threads = 1;
   settings.texturePath = settings.shaderPath = {folder.file("")};

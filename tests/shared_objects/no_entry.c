@@ -1,0 +1,3 @@
+/* A shared object that is none of a procedural. */
+int kinoraTestsNothing(void);
+int kinoraTestsNothing(void) { return 0; }
