@@ -1,6 +1,7 @@
 #include "render/renderer.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -356,6 +357,7 @@ struct Renderer::Impl {
     }
     stats.proceduralReadSeconds += since(start);
     if (!nextWorld()) return false;
+    if (!drop.empty()) malloc_trim(0);  // what was dropped is the system's again: the budget is for its sake
     std::map<uint32_t, uint64_t> bytes;
     for (const Procedurals::Read& r : procedurals.lastRead()) bytes[r.instance];
     builder.findBytes(bytes);
@@ -405,8 +407,7 @@ struct Renderer::Impl {
   // Bytes that procedurals may hold: as much as the geometry cache where somebody has said how much that is, and a half
   // of the limit on memory. 0: all of them.
   uint64_t proceduralBudget() const {
-    const int own = scene.options.getInt("limits:geocachememory", 0);
-    uint64_t budget = settings.geometryCacheBytes ? settings.geometryCacheBytes : own > 0 ? uint64_t(own) << 10 : 0;
+    uint64_t budget = geometryCacheSaid(scene, settings);
     if (const uint64_t half = Memory::limit() / 2) budget = budget ? std::min(budget, half) : half;
     return budget;
   }

@@ -26,13 +26,10 @@ namespace kinora::render {
 
 namespace {
 
-// Bytes of the geometry cache: the command line's, else the scene's (in KiB), and what memory is left for.
+// Bytes of the geometry cache: what is said of it, and what memory is left for.
 uint64_t geometryCacheOf(const scene::Scene& scene, const Settings& settings) {
   constexpr uint64_t kLeast = 16 << 20, kUsual = 1 << 30;
-  const int own = scene.options.getInt("limits:geocachememory", 0);
-  const uint64_t wanted = settings.geometryCacheBytes ? settings.geometryCacheBytes
-                          : own > 0                   ? uint64_t(own) << 10
-                                                      : kUsual;
+  const uint64_t said = geometryCacheSaid(scene, settings), wanted = said ? said : kUsual;
   return Memory::limit() ? std::min(wanted, std::max(kLeast, Memory::left() / 4)) : wanted;
 }
 
@@ -77,6 +74,11 @@ bool isSet(const scene::Scene& scene, const char* ofHider) {
 }
 
 }  // namespace
+
+uint64_t geometryCacheSaid(const scene::Scene& scene, const Settings& settings) {
+  const int own = scene.options.getInt("limits:geocachememory", 0);
+  return settings.geometryCacheBytes ? settings.geometryCacheBytes : own > 0 ? uint64_t(own) << 10 : 0;
+}
 
 WorldBuilder::WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings)
     : registry_(registry),

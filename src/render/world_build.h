@@ -34,6 +34,9 @@ class TextureSystem;
 class VolumeSystem;
 namespace render {
 
+// Bytes that somebody has said surfaces may take: the command line, else the scene (in KiB). 0: nobody.
+uint64_t geometryCacheSaid(const scene::Scene& scene, const Settings& settings);
+
 class WorldBuilder {
  public:
   WorldBuilder(Registry& registry, Diagnostics& diagnostics, const Settings& settings);
