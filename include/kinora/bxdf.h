@@ -48,11 +48,16 @@ enum SampleFlags : uint32_t {
   // The path goes on below the surface, from where it comes out elsewhere: only in contexts with kTraitSubsurface.
   // wi is the direction in which it starts there; the weight leaves out what BxdfFunctions::subsurface tells. All such
   // samples of a context are of one slot.
-  kSampleBelow = 4
+  kSampleBelow = 4,
+  // Of those, a path that scatters exactly once on its way, as Subsurface::single tells. wi is refracted, and
+  // the weight has all but the flight: what the boundary lets in, and what one scattering keeps. They have a slot of
+  // their own.
+  kSampleOnce = 8
 };
 
-// What lies under a surface. Light goes in and comes out by a cosine's law, whatever its direction was: there is no
-// step of the index at the boundary, but for the part that the dipoles have in their formulas.
+// What lies under a surface. Light goes in and comes out by a cosine's law, whatever its direction was. Where walks have
+// an index of the boundary it is crossed inside only: light goes in by that law as refraction bends and Fresnel lets it
+// in, and what arrives from inside is reflected by Fresnel's formulas or comes out.
 enum class SubsurfaceModel : uint32_t { Walk, Burley, BetterDipole, JensenDipole };
 inline constexpr uint32_t kMaxSubsurfaceTerms = 3;
 // One profile of diffusion, by point.
@@ -61,7 +66,15 @@ struct SubsurfaceTerm {
   float* albedo[3];  // of a plane surface, [0, 1]
   float* length[3];  // diffuse mean free path, render units, above 0
 };
-// Filled by BxdfFunctions::subsurface for the points of a context; arrays are the caller's, of padded length.
+// A homogeneous medium in which paths scatter once (kSampleOnce), by point.
+struct SingleScatter {
+  const char* traceSet = nullptr;  // as in Subsurface
+  float* length[3];                // mean free path, render units, above 0
+  float* anisotropy;               // mean cosine of scattering (Henyey and Greenstein), (-1, 1)
+  float* ior;                      // of the inside over the outside, at least 1
+};
+// Filled by BxdfFunctions::subsurface for the points of a context; arrays are the caller's, of padded length. Where
+// surface[0] is null, only `single` is wanted; where the arrays of that are, all but it.
 struct Subsurface {
   SubsurfaceModel model = SubsurfaceModel::Walk;
   const char* traceSet =
@@ -79,7 +92,12 @@ struct Subsurface {
   // profiles
   uint32_t terms = 1;
   SubsurfaceTerm term[kMaxSubsurfaceTerms];
-  float* ior;  // of the inside, for the dipoles
+  float* ior;  // of the inside over the outside: of walks and for the dipoles; 1: there is no boundary
+  // How much of what comes out at a place is lost as its normal turns away from that where the path went in: the rest is
+  // 1 - f + f max(0, cosine). 0: nothing.
+  float* topology;
+  SingleScatter single{};
+  uint32_t leavesOutSingle = 0;  // 1: walks that scattered exactly once are left to samples of kSampleOnce
 };
 
 // The medium behind a surface, by point: what a path enters that is transmitted.

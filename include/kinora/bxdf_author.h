@@ -124,8 +124,8 @@ struct LobeSample {
   Rgb<W> discreteWeight;
   Float<W> discreteProbability;
   Int<W> discreteLobe;
-  // Of those, the ones that go on below the surface (kSampleBelow).
-  Mask<W> below;
+  // Of those, the ones that go on below the surface (kSampleBelow), and of these the ones of kSampleOnce.
+  Mask<W> below, once;
 };
 
 template <class B>
@@ -230,7 +230,8 @@ struct BxdfRunner {
       const Mask<W> through = dot(sample.wi, s.Ng) < F(0.f);
       (select(sample.discrete, Int<W>(uint32_t(kSampleDiscrete)), Int<W>(0)) |
        select(through, Int<W>(uint32_t(kSampleTransmit)), Int<W>(0)) |
-       select(sample.below, Int<W>(uint32_t(kSampleBelow)), Int<W>(0)))
+       select(sample.below, Int<W>(uint32_t(kSampleBelow)), Int<W>(0)) |
+       select(sample.once, Int<W>(uint32_t(kSampleOnce)), Int<W>(0)))
           .store(a->flags + i);
     }
   }

@@ -12,6 +12,7 @@
 #include <kinora/ray_start.h>
 #include <kinora/refracted_alpha.h>
 #include <kinora/samples_by_lobe.h>
+#include <kinora/scatter_once.h>
 #include <kinora/subsurface.h>
 
 #include <cmath>
@@ -566,6 +567,7 @@ class PathLoop {
 
     for (uint32_t k = 0; k < count; ++k) {
       const Context& c = *contexts[k];
+      const uint32_t firstOfContext = rays, firstEntry = entries;
       if (g_->lightWeights && part == 0 && !own) weighLights<W>(g_, sv_, lightState_, c);
       const bool byLobe = o_.byLobe.given && isFirst(c, depth);
       const LobeCounts<W> counts(c, o_.byLobe);
@@ -674,6 +676,8 @@ class PathLoop {
           entries += uint32_t(keep.count);
         }
       }
+      if (once_ && &c == &once_->context())
+        leaveBody(firstOfContext, rays, firstEntry, entries, point, o, d, tMax, ray, value);
       runs[k] = {&c, nullptr, rays};
     }
     if (!rays) {
@@ -705,6 +709,19 @@ class PathLoop {
     }
     const Contributions out{m, owner, {value[0], value[1], value[2]}, state, light, LightKind::Shadowed};
     contribute(out);
+  }
+
+  // Shadow rays from within a body, and what they bring: from where they leave it.
+  void leaveBody(uint32_t first, uint32_t end, uint32_t firstEntry, uint32_t lastEntry, const uint32_t* point,
+                 float* const o[3], float* const d[3], float* tMax, const uint32_t* ray, float* const value[3]) {
+    const uint32_t n = end - first;
+    if (!n) return;
+    float* const from[3] = {o[0] + first, o[1] + first, o[2] + first};
+    const float* const along[3] = {d[0] + first, d[1] + first, d[2] + first};
+    float* const factor[3] = {floats(padded(n) + kPad), floats(padded(n) + kPad), floats(padded(n) + kPad)};
+    once_->leaveBody(n, point + first, from, along, tMax + first, factor);
+    for (uint32_t e = firstEntry; e < lastEntry; ++e)
+      for (int c = 0; c < 3; ++c) value[c][e] *= factor[c][ray[e] - first];
   }
 
   // At the first vertex; where its paths come out that went below is behind it.
@@ -755,6 +772,7 @@ class PathLoop {
       const LobeCounts<W> counts(c, o_.byLobe);
       uint32_t *point = words(c.padded + kPad), *through = words(c.padded + kPad);
       uint32_t *below = words(c.padded + kPad), leaving = 0, sinking = 0;
+      uint32_t *once = c.bxdf->subsurface ? words(c.padded + kPad) : nullptr, scattering = 0;
       for (uint32_t i = 0; i < c.count; i += W) {
         Mask<W> on = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
         const Slots<W> s = Slots<W>::load(c.path + i);
@@ -795,9 +813,15 @@ class PathLoop {
             s.put(sinks, t.x, throughput_[0]);
             s.put(sinks, t.y, throughput_[1]);
             s.put(sinks, t.z, throughput_[2]);
-            const Packer<W> pack(sinks);
+            const Mask<W> single = sinks & ((Int<W>::load(flags + i) & Int<W>(uint32_t(kSampleOnce))) != Int<W>(0));
+            const Packer<W> pack(sinks & !single);
             pack.put(Int<W>::lanes(int32_t(i)), below + sinking);
             sinking += uint32_t(pack.count);
+            if (single.any()) {
+              const Packer<W> packSingle(single);
+              packSingle.put(Int<W>::lanes(int32_t(i)), once + scattering);
+              scattering += uint32_t(packSingle.count);
+            }
             on = on & !sinks;
           }
         }
@@ -850,6 +874,7 @@ class PathLoop {
       }
       if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, nullptr, through);
       if (sinking) m = followBelow(c, sinking, below, ga, depth, part, parts, live, m);
+      if (scattering) m = followOnce(c, scattering, once, ga, depth, part, parts, live, m);
     }
     padList(m, live);
     return m;
@@ -912,6 +937,60 @@ class PathLoop {
       }
       if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, slot, nullptr);
     }
+    return m;
+  }
+
+  // Paths that scatter once below the surface, in the same way: light where they scatter, and one direction from there.
+  // That finds no lights: light samples have all of theirs, as they are not met straight ahead.
+  uint32_t followOnce(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made, uint32_t depth,
+                      uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    ScatterOnce<W>* once = new (sv_->alloc(g_, sizeof(ScatterOnce<W>))) ScatterOnce<W>(g_, sv_);
+    if (!once->scatter(in, n, points, made, part, parts, throughput_)) return m;
+    const Context& c = once->context();
+    Context* const contexts[] = {const_cast<Context*>(&c)};
+    const auto scale = [&](float by) {
+      for (uint32_t i = 0; parts > 1 && i < c.count; ++i)
+        for (float* t : throughput_) t[c.path[i]] *= by;
+    };
+    once_ = once;
+    float* share = share_;
+    share_ = nullptr;
+    scale(1.f / float(parts));
+    directLights(1, contexts, depth, depth == 0 ? o_.lightSamples : 1, 1);
+    scale(float(parts));
+    share_ = share;
+    once_ = nullptr;
+    float *o[3], *d[3], *factor[3];
+    const uint32_t room = c.padded + kPad;
+    for (int k = 0; k < 3; ++k) {
+      o[k] = floats(room);
+      d[k] = floats(room);
+      factor[k] = floats(room);
+    }
+    uint32_t *point = words(room), *slot = words(room), leaving = 0;
+    const uint32_t count = once->directions(point, o, d);
+    once->leaveBody(count, point, o, d, nullptr, factor);
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t s = c.path[i];
+      bool brings = false;
+      for (int k = 0; k < 3; ++k) brings |= (throughput_[k][s] *= factor[k][i]) > 0;
+      if (!brings) continue;
+      for (int k = 0; k < 3; ++k) {
+        r.o[k][s] = o[k][i];
+        r.d[k][s] = d[k][i];
+      }
+      pdf_[s] = 1e-30f;
+      r.tMax[s] = o_.farthest;
+      r.radius[s] = c.radius[i];
+      r.spread[s] = spreadAfter(Float<1>(c.spread[i]), Float<1>(kInvTwoPi * 0.5f)).lane0();
+      state_[s] = sv_->paths.next[state_[s] * sv_->paths.eventCount + c.eventOfSlot[0]];
+      flags_[s] = o_.allowCaustics ? 0u : uint32_t(kHadDiffuse);
+      live[m++] = s;
+      slot[leaving] = s;
+      point[leaving++] = i;
+    }
+    if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, slot, nullptr);
     return m;
   }
 
@@ -996,6 +1075,7 @@ class PathLoop {
   // how likely it goes on at least.
   static constexpr float kLearnedRoulette = 0.3f, kLeastSurvival = 0.3f;
   RefractedAlpha* alpha_ = nullptr;
+  ScatterOnce<W>* once_ = nullptr;  // whose shadow rays are under way
   const guiding::State* lightState_ = nullptr;
   const guiding::State* guide_ = nullptr;
   float* reference_ = nullptr;  // by path: what is seen at its pixel, see guiding.h

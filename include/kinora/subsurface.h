@@ -7,7 +7,11 @@
 // A walk: free flights by one channel at a time, chosen by the path's throughput and weighed over all (one-sample
 // multiple importance sampling, Veach 1997 chapter 9; the sum of the channels never grows), Henyey-Greenstein
 // scattering, Russian roulette. Chiang, Kutz and Burley, "Practical and controllable subsurface scattering for
-// production path tracing" (SIGGRAPH talks 2016), is where diffuse entry and exit come from.
+// production path tracing" (SIGGRAPH talks 2016), is where diffuse entry and exit come from. With an index of the
+// boundary (Subsurface::ior) light goes in by the cosine's law of the outside, refracted and weighed by what Fresnel's
+// formulas let through, over the mean of that; what arrives from inside is mirrored by chance as they say, always beyond
+// the critical angle, or comes out by a cosine's law. Up to a constant that is the transport of a matt surface on a
+// dielectric, and so it is reciprocal: n^2 times the densities inside are the transmittances outside.
 //
 // A profile: a chord through the object beside the point, along the normal or one of two tangents, at a distance taken
 // by one of the terms and channels; one of its hits on the object is where light comes out. The density is that of all
@@ -16,6 +20,7 @@
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
 #include <kinora/ray_start.h>
+#include <kinora/subsurface_albedo.h>
 #include <kinora/subsurface_profiles.h>
 
 #ifndef KINORA_SUBSURFACE_ONCE
@@ -183,11 +188,14 @@ class PathsBelow {
   KN_INLINE void weigh(Walker& x, F t, Mask<W> met) const;
   KN_INLINE Mask<W> scatter(Walker& x, Mask<W> met, Mask<W> in);
   KN_INLINE void goBack(const Walker& x, Mask<W> lanes);
+  KN_INLINE void refractInto(Vec3<W> Ng, I point, Vec3<W>& d, Rgb<W>& beta) const;
+  KN_INLINE Mask<W> mirror(Walker& x, const ObjectHits& h, uint32_t i, Mask<W> ends) const;
   void flyFreely(Walkers& running, Walkers& waiting);
   void meetSurface(Walkers& waiting, Walkers& running);
   void walk(uint32_t n, const uint32_t* points, const GenerateArgs& a);
   void probe(uint32_t n, const uint32_t* points);
   void weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const;
+  void followTopology(const Context& x, const uint32_t* from, float* const beta[3]) const;
   void comeOut(const ObjectHits& h, size_t hit, uint32_t point, const float beta[3]);
   void goBack(uint32_t point, const float beta[3], BelowSurface why);
   Emerged finish(uint32_t slot, float* const throughput[3]);
@@ -211,6 +219,7 @@ class PathsBelow {
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
   bool hasTails_ = false;             // some flights are no exponential ones
+  float* enters_ = nullptr;           // by point: what the boundary lets in of diffuse light; null: there is none
   uint32_t* entered_;                 // points on what can have an inside
   Places out_;                        // found places
   uint32_t back_ = 0, *backPoint_;    // paths that come out where they went in
@@ -245,6 +254,7 @@ void PathsBelow<W>::begin(const Context& c, uint32_t n, uint32_t part, uint32_t 
   below_.anisotropy = f();
   below_.tail = f();
   below_.ior = f();
+  below_.topology = f();
   c.bxdf->subsurface(&c, c.closure, &below_);
   for (uint32_t** x : {&out_.instance, &out_.geometry, &out_.primitive, &out_.isInside, &out_.point, &backPoint_,
                        &lost_[0], &lost_[1]})
@@ -319,13 +329,30 @@ void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs&
   const Context& c = *c_;
   Walkers running = makeWalkers(n), waiting = makeWalkers(n);
   hasTails_ = false;
-  for (uint32_t i = 0; i < n; ++i) hasTails_ |= below_.tail[points[i]] > 0;
+  enters_ = nullptr;
+  bool isBounded = false;
+  for (uint32_t i = 0; i < n; ++i) {
+    hasTails_ |= below_.tail[points[i]] > 0;
+    isBounded |= below_.ior[points[i]] > 1;
+  }
   padPoints(n, entered_);
+  if (isBounded) {
+    enters_ = floats(c.padded);
+    float ior = 0, lets = 1;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t p = points[i];
+      if (below_.ior[p] != ior) lets = float(diffuseTransmittance(double(ior = below_.ior[p])));
+      enters_[p] = lets;
+    }
+  }
   for (uint32_t i = 0; i < n; i += W) {
     const I p = I::load(points + i);
-    const Vec3<W> d = Vec3<W>::gather(a.wi, p);
-    const Vec3<W> P = leave(Vec3<W>::gather(c.P, p), Vec3<W>::gather(c.Ng, p), gather(c.bias, p), d);
-    const Walker x{P, d, P, Rgb<W>(1.f), gather(c.time, p), F(0.f), p, I(0), I(1), I(1), addressOf(p)};
+    Vec3<W> d = Vec3<W>::gather(a.wi, p);
+    const Vec3<W> Ng = Vec3<W>::gather(c.Ng, p);
+    Rgb<W> beta(1.f);
+    if (enters_) refractInto(Ng, p, d, beta);
+    const Vec3<W> P = leave(Vec3<W>::gather(c.P, p), Ng, gather(c.bias, p), d);
+    const Walker x{P, d, P, beta, gather(c.time, p), F(0.f), p, I(0), I(1), I(1), addressOf(p)};
     fly(x).store(waiting.flight + i);
     x.store(waiting, i);
   }
@@ -437,6 +464,34 @@ KN_INLINE void PathsBelow<W>::goBack(const Walker& x, Mask<W> lanes) {
   }
 }
 
+// Directions of a cosine's law outside become those inside. They are weighed by what is let through, over its mean.
+template <int W>
+KN_INLINE void PathsBelow<W>::refractInto(Vec3<W> Ng, I point, Vec3<W>& d, Rgb<W>& beta) const {
+  const F ior = gather(below_.ior, point), eta = F(1.f) / ior, along = dot(d, Ng), mu = min(abs(along), F(1.f));
+  const Mask<W> bends = ior > F(1.f);
+  const F inside = safeSqrt(fnma(eta * eta, fnma(mu, mu, F(1.f)), F(1.f)));
+  // the part in the surface shortens, the other is set
+  const Vec3<W> bent = (d - Ng * along) * eta + Ng * copySign(inside, along);
+  const F through = (F(1.f) - fresnelDielectric(mu, eta)) / gather(enters_, point);
+  d = select(bends, normalize(bent), d);
+  beta = select(bends, beta * through, beta);
+}
+
+// Of the lanes that would come out those that the boundary reflects go on inside.
+template <int W>
+KN_INLINE Mask<W> PathsBelow<W>::mirror(Walker& x, const ObjectHits& h, uint32_t i, Mask<W> ends) const {
+  const F ior = gather(below_.ior, x.point);
+  const Vec3<W> Ng = normalize(Vec3<W>::load(h.ng, i));
+  const F along = dot(x.d, Ng), mu = min(abs(along), F(1.f));
+  const Mask<W> mirrored =
+      ends & (ior > F(1.f)) & (drawEvent(x.address, x.step * I(8) + I(5)) < fresnelDielectric(mu, ior));
+  const Vec3<W> away = normalize(x.d - Ng * (along + along));
+  x.d = select(mirrored, away, x.d);
+  // off the surface that it came from within
+  x.P = select(mirrored, leave(x.P, Ng, gather(c_->bias, x.point), away), x.P);
+  return mirrored;
+}
+
 // One flight of all that run, as far as no surface can be in the way. The others, with their flights, wait.
 template <int W>
 void PathsBelow<W>::flyFreely(Walkers& running, Walkers& waiting) {
@@ -537,17 +592,25 @@ void PathsBelow<W>::meetSurface(Walkers& waiting, Walkers& running) {
         x.within = select(met, x.within + select(goesOut, I(-1), I(1)), x.within);
         ends = met & !(x.within > I(0));
       }
+      Mask<W> mirrored(false);
+      if (enters_) {
+        mirrored = mirror(x, h, i, ends);
+        ends = ends & !mirrored;
+        if (below_.joins) x.within = select(mirrored, x.within + I(1), x.within);
+      }
       alignas(64) float bs[3][W];
       x.beta.x.store(bs[0]);
       x.beta.y.store(bs[1]);
       x.beta.z.store(bs[2]);
-      for (uint32_t bits = ends.bits(); bits; bits &= bits - 1) {
+      // flights are as many as scatterings and one, where parts neither join nor reflect
+      const Mask<W> kept = below_.leavesOutSingle ? ends & !(x.step == I(1)) : ends;
+      for (uint32_t bits = kept.bits(); bits; bits &= bits - 1) {
         const uint32_t k = uint32_t(__builtin_ctz(bits));
         const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
         comeOut(h, i + k, waiting.point[i + k], own);
       }
       in = in & !ends;
-      x.P = select(met, fma(x.d, gather(c.bias, p), x.P), x.P);  // beyond the inner surface
+      x.P = select(met & !mirrored, fma(x.d, gather(c.bias, p), x.P), x.P);  // beyond the inner surface
     }
     const Mask<W> none = in & (!hit) & (x.step == I(0));
     for (uint32_t bits = none.bits(); bits; bits &= bits - 1) {
@@ -715,6 +778,20 @@ void PathsBelow<W>::weighProfiles(const Context& x, const uint32_t* point, float
   }
 }
 
+// Takes off what is lost where the surface turns away from where paths went in (Subsurface::topology).
+template <int W>
+void PathsBelow<W>::followTopology(const Context& x, const uint32_t* from, float* const beta[3]) const {
+  const Context& c = *c_;
+  for (uint32_t i = 0; i < x.count; ++i) {
+    const uint32_t p = from[i];
+    if (p == ~0u || !(below_.topology[p] > 0)) continue;
+    float cosine = 0;
+    for (int k = 0; k < 3; ++k) cosine += x.Ng[k][i] * c.Ng[k][p];
+    const float kept = 1 - below_.topology[p] * (1 - (cosine > 0 ? cosine : 0));
+    for (int k = 0; k < 3; ++k) beta[k][i] *= kept;
+  }
+}
+
 // Vertices where paths come out, in one list with those where they went in.
 template <int W>
 Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
@@ -786,6 +863,7 @@ Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
       from[i] = r < made ? point[r] : ~0u;
     }
     if (below_.model != SubsurfaceModel::Walk) weighProfiles(x, from, share);
+    followTopology(x, from, share);
     for (uint32_t i = 0; i < x.count; ++i)
       for (int j = 0; j < 3; ++j) throughput[j][path[i]] *= share[j][i];
     y.path = path;

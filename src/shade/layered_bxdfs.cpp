@@ -255,7 +255,7 @@ class Flattener {
     copy(n, d, n.params.find("sssNormal") ? "sssNormal" : "normal", prefix + "normal");
     if (!hasSubsurface_)
       for (const char* name : {"sssRadius", "sssScale", "sssUnitLength", "sssAnisotropy", "sssBleed", "sssSubset",
-                               "sssContinuationRays"})
+                               "sssContinuationRays", "sssIOR", "sssFollowTopology"})
         copy(n, d, name, name);
     hasSubsurface_ = true;
     return true;

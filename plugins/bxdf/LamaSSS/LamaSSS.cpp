@@ -17,6 +17,8 @@ enum : uint32_t {
   kBleed,
   kSubset,
   kContinuationRays,
+  kIor,
+  kFollowTopology,
   kMode,
   kInversion,
   kSssColor,
@@ -38,8 +40,6 @@ constexpr Param kParams[] = {
         .help("Path traced, 1: sssRadius is the way from one scattering to the next, whatever the albedo."),
     param::color("sssColor", 0.18f).help("Another name of color; counts where it is not 0.18."),
     param::normal("sssNormal").help("Another name of normal."),
-    param::number("sssIOR", 1.f).range(1, 2).help(KINORA_LAMA_LATER "What the surface reflects back inside."),
-    param::number("sssFollowTopology", 0.f).range(0, 1).help(KINORA_LAMA_LATER "Keeps to surfaces facing alike."),
     param::integer("mode", 0)
         .range(0, 2)
         .options("0 reflection, 1 transmission, 2 reflection with direct illumination")
@@ -49,13 +49,15 @@ constexpr const char* kLossless[] = {"color=1 1 1", nullptr};
 constexpr const char* kConserving[] = {
     "color=1 1 1; sssRadius=1 1 1; sssUnitLength=1",
     "color=0.8 0.6 0.4; sssRadius=1 0.5 0.2; sssUnitLength=1; sssMode=1; sssAnisotropy=0.5",
-    "color=0.8 0.8 0.8; sssRadius=0.01 0.01 0.01; sssUnitLength=1; sssMode=3", nullptr};
+    "color=0.8 0.8 0.8; sssRadius=0.01 0.01 0.01; sssUnitLength=1; sssMode=3",
+    "color=0.9 0.6 0.4; sssRadius=1 1 1; sssUnitLength=1; sssIOR=1.5", nullptr};
 
 struct LamaSSS {
   static constexpr bool kScatters = true;
 
   static void begin(const Context& c, lama::Closure& k) {
-    bindSubsurface(c, k, {kRadius, kScale, kUnitLength, kAnisotropy, kBleed, kSubset, kContinuationRays});
+    bindSubsurface(
+        c, k, {kRadius, kScale, kUnitLength, kAnisotropy, kBleed, kSubset, kContinuationRays, kIor, kFollowTopology});
     bindLeaf(c, k, kindOf(int(c.param(kMode).data[0][0]), flag(c, kInversion)), {.color = kColor, .normal = kNormal});
     lama::Leaf& l = k.leaves[0];
     if (l.bump < 0) l.bump = bindNormal(c, k, kSssNormal, -1);

@@ -74,8 +74,8 @@ constexpr uint32_t kFirstOp = kFirstLeaf + lama::kMaxLeaves * kLeafSize,
                    kFirstOfSubsurface = kFirstOp + 2 * lama::kMaxOps;
 constexpr lama::SubsurfaceParams kSubsurface{kFirstOfSubsurface,     kFirstOfSubsurface + 1, kFirstOfSubsurface + 2,
                                              kFirstOfSubsurface + 3, kFirstOfSubsurface + 4, kFirstOfSubsurface + 5,
-                                             kFirstOfSubsurface + 6};
-static_assert(std::size(kParams) == kFirstOfSubsurface + 7);
+                                             kFirstOfSubsurface + 6, kFirstOfSubsurface + 7, kFirstOfSubsurface + 8};
+static_assert(std::size(kParams) == kFirstOfSubsurface + 9);
 
 struct LamaSurface {
   static constexpr bool kGlass = true, kScatters = true;

@@ -1,5 +1,5 @@
 // PxrSurface: the general material, a stack of lobes (../lobes/stack.h) with glow. This file binds the parameters and
-// declares the plug-in. It does not render single scattering (its parameters are declared).
+// declares the plug-in.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrSurface/PxrSurface.cpp"
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
@@ -111,7 +111,22 @@ void bindSubsurface(const Context& c, Closure& k) {
   s.bleed = c.param(at("subsurfaceBleed"));
   s.diffuseSwitch = c.param(at("subsurfaceDiffuseSwitch"));
   s.diffuseBlend = c.param(at("subsurfaceDiffuseBlend"));
-  s.ior = c.param(at("subsurfaceIor"));
+  if (type < 2) s.ior = c.param(at("subsurfaceIor"));
+  s.topology = c.param(at("followTopology"));
+}
+void bindSingle(const Context& c, Closure& k) {
+  SingleClosure& s = k.single;
+  s.gain = c.param(at("singlescatterGain"));
+  if (isZero(s.gain)) return;
+  k.on |= 1u << kSingleScatter;
+  s.color = c.param(at("singlescatterColor"));
+  s.reach = c.param(at("singlescatterMfp"));
+  s.reachColor = c.param(at("singlescatterMfpColor"));
+  s.unit = c.param(at("unitLength")).data[0][0];
+  s.directionality = c.param(at("singlescatterDirectionality"));
+  s.ior = c.param(at("singlescatterIor"));
+  s.doubleSided = flag(c, at("singlescatterDoubleSided"));
+  s.traceSet = c.fn->text(&c, at("singlescatterSubset"));
 }
 void bind(const Context& c, Closure& k) {
   k.radiance = !(c.traits & kTraitLightPath);
@@ -146,6 +161,7 @@ void bind(const Context& c, Closure& k) {
     k.fuzzBump = bindNormal(c, k, at("fuzzBumpNormal"), bump);
   }
   bindSubsurface(c, k);
+  bindSingle(c, k);
   bindGlass(c, k, bump);
   const bool specular = k.has(kSpecular) || k.has(kRoughSpecular);
   if (specular || k.has(kClearcoat) || k.has(kIridescence) || k.glass.thin)
@@ -199,7 +215,7 @@ bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
 uint32_t scattersBelow(const ParamValue* v, uint32_t) {
   const bool isSum = isSet(v[at("subsurfaceType")]) && v[at("subsurfaceType")].floats[0] == 3.f;
-  return v[at("subsurfaceGain")].mayBeOn() ||
+  return v[at("subsurfaceGain")].mayBeOn() || v[at("singlescatterGain")].mayBeOn() ||
          (isSum && (v[at("shortSubsurfaceGain")].mayBeOn() || v[at("longSubsurfaceGain")].mayBeOn()));
 }
 // A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
@@ -224,6 +240,7 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
   if ((key & 12) && v[at("specularEnergyCompensation")].mayBeOn()) key |= 8192;
   if (v[at("glowGain")].mayBeOn()) key |= 16384;
   if (scattersBelow(v, 0)) key |= 131072;
+  if (v[at("singlescatterGain")].mayBeOn()) key |= 262144;
   if (v[at("iridescenceFaceGain")].mayBeOn() || v[at("iridescenceEdgeGain")].mayBeOn()) {
     key |= 32768;
     if (v[at("iridescenceAnisotropy")].mayBeOn()) key |= 65536;

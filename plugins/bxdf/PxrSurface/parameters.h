@@ -187,24 +187,38 @@ constexpr Param kParams[] = {
         .options("0 off, 1 last hit, 2 all hits")
         .help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
     param::integer("maxContinuationHits", 2).range(0, 16).help(PXRSURFACE_LATER "Limit of continued rays."),
-    param::number("followTopology", 0.f).help(PXRSURFACE_LATER "Keeps to surfaces facing alike."),
+    param::number("followTopology", 0.f)
+        .range(0, 1)
+        .help(
+            "1: light that comes out where the surface faces another way than where it went in counts by the cosine "
+            "between the two, not at all beyond a right angle; 0: wherever it comes out."),
     param::string("subsurfaceSubset", "")
         .traceSet()
         .help("Groups of objects (grouping:membership) that are one body with the surface; empty: the object alone."),
 
-    param::number("singlescatterGain", 0.f).help(PXRSURFACE_LATER "Strength of single scattering."),
-    param::color("singlescatterColor", 0.830f, 0.791f, 0.753f).help(PXRSURFACE_LATER "Colour of single scattering."),
-    param::number("singlescatterMfp", 10.f).range(0, 100).help(PXRSURFACE_LATER "Mean free path."),
-    param::color("singlescatterMfpColor", 0.851f, 0.557f, 0.395f)
-        .help(PXRSURFACE_LATER "Multiplies singlescatterMfp by channel."),
+    param::number("singlescatterGain", 0.f)
+        .help(
+            "Multiplies light that scatters exactly once below the surface, which needs closed meshes; 0: off. Walks "
+            "(subsurfaceType 4 and 5) then leave out those that scattered once."),
+    param::color("singlescatterColor", 0.830f, 0.791f, 0.753f)
+        .help("What one scattering keeps of the light that it turns."),
+    param::number("singlescatterMfp", 10.f)
+        .range(0, 100)
+        .help("Mean free path, times unitLength in render units: from the boundary to the scattering and from there "
+              "out."),
+    param::color("singlescatterMfpColor", 0.851f, 0.557f, 0.395f).help("Multiplies singlescatterMfp by channel."),
     param::number("singlescatterDirectionality", 0.f)
         .range(-1, 1)
-        .help(PXRSURFACE_LATER "Mean cosine of scattering."),
-    param::number("singlescatterIor", 1.3f).range(1, 3).help(PXRSURFACE_LATER "Index of refraction of the inside."),
+        .help(
+            "Mean cosine of that scattering (Henyey and Greenstein), limited to 0.95 both ways; above 0 light behind "
+            "the object shines through."),
+    param::number("singlescatterIor", 1.3f)
+        .range(1, 3)
+        .help("Index of refraction of the inside: bends light that goes in and out, as a clear boundary does."),
     param::number("singlescatterBlur", 0.f).help(PXRSURFACE_LATER "Roughness of the boundary."),
     param::number("singlescatterDirectGain", 0.f).help(PXRSURFACE_LATER "Light that passes unscattered."),
     param::color("singlescatterDirectGainTint", 1.f).help(PXRSURFACE_LATER "Tint of light that passes unscattered."),
-    param::integer("singlescatterDoubleSided", 0).range(0, 1).help(PXRSURFACE_LATER "1: on the back as well."),
+    param::integer("singlescatterDoubleSided", 0).range(0, 1).help("1: on the back as well."),
     param::integer("singlescatterConsiderBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part."),
     param::integer("singlescatterContinuationRayMode", 0)
         .range(0, 2)
@@ -215,7 +229,11 @@ constexpr Param kParams[] = {
     param::integer("singlescatterDirectGainMode", 0)
         .range(0, 1)
         .help(PXRSURFACE_LATER "How unscattered light is weighted."),
-    param::string("singlescatterSubset", "").help(PXRSURFACE_LATER "Objects that share the inside."),
+    param::string("singlescatterSubset", "")
+        .traceSet()
+        .help("Groups of objects (grouping:membership) that single scattering sees as one body with the surface; "
+              "empty: "
+              "the object alone."),
 
     param::number("refractionGain", 0.f).help("Multiplies light that glass lets through; 0: off."),
     param::number("reflectionGain", 0.f).help("Multiplies light that glass reflects; 0: off."),

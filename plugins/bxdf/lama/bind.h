@@ -24,7 +24,7 @@ struct LeafParams {
 };
 // The same of what lies below the surface.
 struct SubsurfaceParams {
-  uint32_t radius, scale, unit, anisotropy, bleed, subset, continues;
+  uint32_t radius, scale, unit, anisotropy, bleed, subset, continues, ior, topology;
 };
 }  // namespace kinora::lama
 
@@ -65,7 +65,17 @@ struct SubsurfaceParams {
               "alone."),                                                                                            \
       param::integer("sssContinuationRays", 0)                                                                      \
           .range(0, 1)                                                                                              \
-          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces.")
+          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces."),     \
+      param::number("sssIOR", 1.f)                                                                                  \
+          .range(1, 2)                                                                                              \
+          .help(                                                                                                    \
+              "Path traced: index of refraction of the inside. Above 1 light goes in refracted, and the surface "   \
+              "reflects part of it back inside; a plane surface keeps its colour."),                                \
+      param::number("sssFollowTopology", 0.f)                                                                       \
+          .range(0, 1)                                                                                              \
+          .help(                                                                                                    \
+              "1: light that comes out where the surface faces another way than where it went in counts by the "    \
+              "cosine between the two, not at all beyond a right angle; 0: wherever it comes out.")
 #define KINORA_LAMA_COMMON                                                                                       \
   param::color("shadowColor", 0.f).help(KINORA_LAMA_LATER "Colour of shadows cast."),                            \
       param::number("energyCompensation", 1.f).help("Accepted: what facets lose always comes back."),            \
@@ -326,6 +336,8 @@ inline void bindSubsurface(const Context& c, lama::Closure& k, const lama::Subsu
   s.bleed = c.param(p.bleed);
   s.traceSet = c.fn->text(&c, p.subset);
   s.joins = flag(c, p.continues) || (s.traceSet && *s.traceSet);
+  s.ior = c.param(p.ior);
+  s.topology = c.param(p.topology);
 }
 // A colour that has two names: the other counts where it is not the default of both.
 inline Value colorOf(const Context& c, uint32_t name, uint32_t otherName, float byDefault) {

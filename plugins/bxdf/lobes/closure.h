@@ -25,6 +25,7 @@ enum Lobe : uint32_t {
   kFuzz,
   kGlassReflect,
   kGlassTransmit,
+  kSingleScatter,
   kLobeCount
 };
 constexpr LobeDecl kLobes[kLobeCount] = {
@@ -39,6 +40,7 @@ constexpr LobeDecl kLobes[kLobeCount] = {
     {"Fuzz", kLobeSpecular},
     {"Glass", kLobeSpecular},
     {"Glass", kLobeSpecular | kLobeTransmit},
+    {"SingleScatter", kLobeSpecular | kLobeTransmit},
 };
 // The lobes that reflect by microfacets, from kSpecular on in the order of Lobe.
 constexpr uint32_t kReflecting = 4, kCoat = kClearcoat - kSpecular;
@@ -83,9 +85,17 @@ struct SubsurfaceClosure {
   float unit = 1;               // of reach
   Value directionality, bleed;  // walks: mean cosine; how heavy the tails of flights are
   Value diffuseSwitch, diffuseBlend;
-  Value ior;
+  Value ior;       // of the boundary, or in the dipoles; no components: 1
+  Value topology;  // how much of the light that turns away is lost; no components: nothing
   // two more terms of profiles; no components: none
   Value shortGain, shortColor, shortReach, longGain, longColor, longReach;
+};
+// Light that scatters exactly once below the surface. Lengths are mean free paths in render units: reach * scale.
+struct SingleClosure {
+  bool doubleSided = false;
+  const char* traceSet = nullptr;
+  Value gain, color, reach, reachColor, directionality, ior;
+  float unit = 1;
 };
 struct Closure {
   uint32_t on = 0;  // bit per Lobe
@@ -97,6 +107,7 @@ struct Closure {
   IridescenceClosure iridescence;
   GlassClosure glass;
   SubsurfaceClosure subsurface;
+  SingleClosure single;
   Value fuzzGain, fuzzColor, fuzzConeAngle;
   bool fuzzDoubleSided = false;
   Value glowGain, glowColor;

@@ -53,7 +53,10 @@ void StackFunctions<W>::albedo(const Context* c, const void* closure, float* con
 }
 template <int W>
 void StackFunctions<W>::subsurface(const Context* c, const void* closure, Subsurface* out) {
-  lobes::describeSubsurface(*c, static_cast<const lobes::Closure*>(closure)->subsurface, *out);
+  const auto& k = *static_cast<const lobes::Closure*>(closure);
+  if (out->surface[0]) lobes::describeSubsurface(*c, k.subsurface, *out);
+  if (out->single.ior) lobes::describeSingle(*c, k.single, out->single);
+  out->leavesOutSingle = k.has(lobes::kSingleScatter);
 }
 
 template <int W>

@@ -32,6 +32,7 @@ enum Technique : uint32_t {
   kMakeTransmit,
   kMakeBelow,    // a path that goes below the surface
   kMakeStandIn,  // where there is none: diffuse reflection for what would come out
+  kMakeSingle,   // a path that scatters once below the surface
   kMakeSpecular,
   kMakeMultiple = kMakeSpecular + kReflecting,
   kMakeFuzz = kMakeMultiple + kReflecting,
@@ -88,6 +89,9 @@ struct LobeStack {
   Vec3<W> under;
   F muUnder, belowMean, standInMean;
   Rgb<W> below, belowColor, standIn;
+  // single scattering: what goes in times what one scattering keeps
+  Rgb<W> single;
+  F singleMean, singleEta;
   Seen<W> seenO;
   Choice<W> choiceO;
   // Lobes that are off are not even cleared: an unnamed union runs no constructor.
@@ -133,6 +137,7 @@ struct LobeStack {
       transmitMean = max(average(transmittance), F(0.f));
     }
     if (k.has(kSubsurface)) setSubsurface(s, k.bumped ? normals[0] : s.N);
+    if (k.has(kSingleScatter)) setSingle(s);
     for (uint32_t i = 0; i < kReflecting; ++i)
       if (k.has(kSpecular + i)) {
         const int bump = k.specular[i].bump;
@@ -237,6 +242,18 @@ struct LobeStack {
     belowMean = average(below * Rgb<W>(max(color.x, least), max(color.y, least), max(color.z, least)));
     standInMean = average(standIn);
   }
+  // By Fresnel at the geometric surface, where the path is refracted; radiance is n^2 denser inside.
+  KN_INLINE void setSingle(const Surface<W>& s) {
+    const lobes::SingleClosure& x = k.single;
+    const F none(0.f), one(1.f), ior = max(loadFloat<W>(x.ior, s.at), one);
+    singleEta = one / ior;
+    const F reach = loadFloat<W>(x.reach, s.at) * maxComponent(positive(loadRgb<W>(x.reachColor, s.at))) * F(x.unit);
+    Mask<W> sinks = reach > F(1e-6f);
+    if (!(s.context->traits & kTraitSubsurface)) sinks = Mask<W>(false);
+    const F lets = (one - fresnelDielectric(clamp(dot(Ng, wo), none, one), singleEta)) * singleEta * singleEta;
+    single = positive(loadRgb<W>(x.color, s.at)) * (max(loadFloat<W>(x.gain, s.at), none) * zeroUnless(sinks, lets));
+    singleMean = average(single);
+  }
   // Negative numbers and NaN are 0.
   static KN_INLINE Rgb<W> positive(Rgb<W> a) {
     const F none(0.f);
@@ -280,6 +297,8 @@ struct LobeStack {
       c.weight[kMakeStandIn] = zeroUnless(here, standInMean);
       sum += c.weight[kMakeBelow] + c.weight[kMakeStandIn];
     }
+    if (k.has(kSingleScatter))
+      sum += c.weight[kMakeSingle] = zeroUnless(onSide(k.single.doubleSided, x.outside), singleMean);
     for (uint32_t i = 0; i < kReflecting; ++i) {
       if (!k.has(kSpecular + i)) continue;
       const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);

@@ -31,7 +31,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
   }
   // its frame and shape
   const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
-  const Mask<W> sinks = made == Int<W>(kMakeBelow);
+  const Mask<W> sinks = made == Int<W>(kMakeBelow), once = made == Int<W>(kMakeSingle);
   const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit)) | sinks;
   Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
   Frame<W> frame(normal);
@@ -101,20 +101,30 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
     valid = good | !facets;
   }
   out.wi = normalize(frame.toWorld(d));
+  if (once.any()) {
+    Vec3<W> bent;
+    refract(wo, Ng, singleEta, bent);
+    out.wi = select(once, normalize(bent), out.wi);
+  }
   // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have
   // made it: its maker's density is zero there.
   const F side = dot(Ng, out.wi);
-  const Mask<W> through = flips | refracts;
+  const Mask<W> through = flips | refracts | once;
   out.valid = valid & (choiceO.scale > F(0.f)) & ((through & (side < F(0.f))) | ((!through) & (side > F(0.f))));
-  out.discrete = smooth | sinks;
+  out.discrete = smooth | sinks | once;
   if (smooth.any()) mirror(made, share * choiceO.scale, out);
-  if (sinks.none()) return;
+  if ((sinks | once).none()) return;
   // What lies above takes its part where the path goes in.
   Rgb<W> upper(1.f), lower(1.f);
   if (attenuates()) attenuation(Layers<W>(), upper, lower);
-  out.below = sinks;
+  out.below = sinks | once;
+  out.once = once;
   out.discreteWeight = select(sinks, below * lower, out.discreteWeight);
-  out.discreteProbability = select(sinks, share * choiceO.scale, out.discreteProbability);
+  if (once.any()) {
+    out.discreteWeight = select(once, single * lower, out.discreteWeight);
+    out.discreteLobe = select(once, Int<W>(uint32_t(kSingleScatter)), out.discreteLobe);
+  }
+  out.discreteProbability = select(sinks | once, share * choiceO.scale, out.discreteProbability);
   out.discreteLobe = select(sinks, Int<W>(uint32_t(kSubsurface)), out.discreteLobe);
 }
 

@@ -18,6 +18,25 @@ inline float diffuseOverMeanFreePath(float albedo) {
   return (3.5f + 100 * a * a * a * a) / (1.9f - albedo + 3.5f * b * b);
 }
 
+// Most points have the albedos of the one before: with a boundary they take an integral.
+class AlbedoInversion {
+ public:
+  float keeps(float albedo, float g, float tail, float ior) {
+    Known& k = known_[next_];
+    next_ = next_ == 2 ? 0 : next_ + 1;
+    if (k.albedo != albedo || k.g != g || k.tail != tail || k.ior != ior)
+      k = {albedo, g, tail, ior, singleScatteringAlbedo(albedo, g, tail, ior)};
+    return k.keeps;
+  }
+
+ private:
+  struct Known {
+    float albedo = -1, g = 0, tail = 0, ior = 0, keeps = 0;
+  };
+  Known known_[3];  // by channel
+  int next_ = 0;
+};
+
 inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Subsurface& out) {
   const auto at = [](const Value& v, uint32_t channel, uint32_t i) {
     const float x = v.components ? v.data[channel][v.stride ? i : 0] : 0.f;
@@ -32,6 +51,7 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
   const Value* const reach[] = {&k.reach, &k.shortReach, &k.longReach};
   const bool isSum = k.shortGain.components;
   out.terms = isSum ? 3 : 1;
+  AlbedoInversion inversion;
   for (uint32_t i = 0; i < c.padded; ++i) {
     const float scale[3] = {at(k.reachColor, 0, i), at(k.reachColor, 1, i), at(k.reachColor, 2, i)};
     const float most = scale[0] > scale[1]   ? scale[0] > scale[2] ? scale[0] : scale[2]
@@ -53,21 +73,36 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
         if (k.areFlights && k.model == SubsurfaceModel::Burley) reached *= diffuseOverMeanFreePath(term.albedo[n][i]);
       }
     }
-    if (k.model != SubsurfaceModel::Walk) {
-      out.ior[i] = k.ior.components && k.ior.data[0][k.ior.stride ? i : 0] > 1 ? at(k.ior, 0, i) : 1.f;
-      continue;
-    }
+    const float ior = at(k.ior, 0, i);
+    out.ior[i] = ior > 1 ? ior : 1.f;
+    out.topology[i] = unit(at(k.topology, 0, i));
+    if (k.model != SubsurfaceModel::Walk) continue;
+    if (out.ior[i] > float(kMostIor)) out.ior[i] = float(kMostIor);
     float g = k.directionality.data[0][k.directionality.stride ? i : 0];
     g = g > -0.95f ? g < 0.95f ? g : 0.95f : g <= -0.95f ? -0.95f : 0.f;
     const float tail = k.heavyTails ? kMostTail * unit(at(k.bleed, 0, i)) : 0.f;
     out.anisotropy[i] = g;
     out.tail[i] = tail;
     for (uint32_t n = 0; n < 3; ++n) {
-      const float albedo = singleScatteringAlbedo(out.term[0].albedo[n][i], g, tail);
+      const float albedo = inversion.keeps(out.term[0].albedo[n][i], g, tail, out.ior[i]);
       out.albedo[n][i] = albedo;
       const float reached = out.term[0].length[n][i];
       out.length[n][i] = k.areFlights ? reached : meanFreePath(reached, albedo, g);
     }
+  }
+}
+
+inline void describeSingle(const Context& c, const SingleClosure& k, SingleScatter& out) {
+  const auto at = [](const Value& v, uint32_t channel, uint32_t i) { return v.data[channel][v.stride ? i : 0]; };
+  out.traceSet = k.traceSet;
+  for (uint32_t i = 0; i < c.padded; ++i) {
+    for (uint32_t n = 0; n < 3; ++n) {
+      const float length = at(k.reach, 0, i) * at(k.reachColor, n, i) * k.unit;
+      out.length[n][i] = length > 1e-6f ? length < kLongestReach ? length : kLongestReach : 1e-6f;
+    }
+    const float g = at(k.directionality, 0, i), ior = at(k.ior, 0, i);
+    out.anisotropy[i] = g > -0.95f ? g < 0.95f ? g : 0.95f : g <= -0.95f ? -0.95f : 0.f;
+    out.ior[i] = ior > 1 ? ior : 1.f;
   }
 }
 
