@@ -431,6 +431,7 @@ void GroupState::thinOutShadows(uint32_t depth, const ShadowRays& rays) {
   const ArenaScope memory(arena_);
   RayList& list = *makeRays(rays.count);
   copyRays(rays, list);
+  for (uint32_t i = 0; i < rays.count; ++i) list.rays.spread[i] = spreadAlong(rays, i, list.rays.spread[i]);
   thinOut(list.rays, list.rays.tMax, trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, list.sampleSeed,
           list.sampleIndex, ListHost::of(list).left.bounces, depth, m, open, rays.transmittance);
 }
