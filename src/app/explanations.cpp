@@ -487,7 +487,8 @@ constexpr Explanation kRooms[] = {
      "below the bound that was given for it. Such rays count as absorbed."},
     {"MEDIUM-FIELD",
      "A Volume request brings numbers for its voxels, and their count is neither that of its points nor three times "
-     "that. The field is left out."},
+     "that: the field is left out. Or the fourth string of \"blobbydso:stringargs\" is no dictionary (JSON), or its "
+     "\"filterWidth\" no number from 0 to 1000: grids are looked up as without it; other words of it are not known."},
     {"MEDIUM-INTEGRATOR",
      "The scene has fog, smoke or another medium, and its integrator cannot follow light that is scattered there. "
      "Media "

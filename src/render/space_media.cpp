@@ -1,5 +1,6 @@
 #include "render/space_media.h"
 
+#include <nlohmann/json.hpp>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
@@ -26,6 +27,10 @@ constexpr int kEmissionCells = 24;                   // of emission
 constexpr int kCoarse = 3, kFine = 6;                // points along a cell's side that are looked at
 constexpr uint32_t kPointsAtOnce = 1024;             // of a context
 constexpr uint64_t kMostVoxels = uint64_t(1) << 30;  // of a request
+// Optical thickness that a voxel of a coarser level may have. What gets through means of densities is less than the mean of
+// what gets through, by half the variance of the thickness: at most 1 / 8 of the square of this where a voxel holds
+// anything between nothing and that.
+constexpr float kThickest = 0.25f;
 
 const scene::OtherPrimitive* requestOf(const scene::Primitive& p) {
   const auto* other = std::get_if<scene::OtherPrimitive>(&p.shape);
@@ -62,7 +67,9 @@ class Fields {
     const bool isGrids = type.starts_with(prefix + "impl_openvdb");
     if (isGrids && texts && !texts->strings.empty()) file_ = texts->strings[0];
     if (!isGrids && type.starts_with(prefix)) ofPlugin(type.substr(prefix.size()), medium);
-    const std::string said = texts && texts->strings.size() > 1 ? texts->strings[1] : "";
+    std::string said = texts && texts->strings.size() > 1 ? texts->strings[1] : "";
+    said.resize(std::min(said.find(':'), said.size()));  // "density:fogvolume"
+    if (isGrids && texts && texts->strings.size() > 3) readMore(texts->strings[3]);
     for (const scene::Parameter& v : p_.primvars) {
       if (v.storage == scene::StorageClass::Constant || v.name.starts_with("blobbydso:")) continue;
       if (medium.fields.contains(v.name)) continue;
@@ -75,8 +82,30 @@ class Fields {
     }
     if (!file_.empty() && medium.fields.empty()) ofFile(said.empty() ? "density" : said, medium);
   }
+  // The width of footprints by which levels of the grids are chosen over that of rays; 0: the finest alone.
+  float filterWidth() const { return filterWidth_; }
 
  private:
+  // The fourth string of a request for grids, as exporters write it: a dictionary.
+  void readMore(const std::string& text) {
+    if (text.empty()) return;
+    const auto said = nlohmann::json::parse(text, nullptr, false);
+    const auto it = said.is_object() ? said.find("filterWidth") : said.end();
+    const bool isNumber = it != said.end() && it->is_number();
+    if (isNumber && it->get<double>() >= 0 && it->get<double>() <= kWidest) {
+      filterWidth_ = it->get<float>();
+    } else if (!said.is_object() || it != said.end()) {
+      tools_.diagnostics.warning("MEDIUM-FIELD", p_.pos,
+                                 said.is_object() ? "\"filterWidth\" of Volume is not a number from 0 to 1000"
+                                                  : "the fourth string of \"blobbydso:stringargs\" is no dictionary",
+                                 "its grids are looked up as without it", R"(write {"filterWidth": 1})");
+    }
+    for (const auto& [name, none] : {std::pair("densityMult", 1.0), {"densityRolloff", 0.0}, {"velocityScale", 1.0}})
+      if (said.is_object() && said.contains(name) && !(said[name].is_number() && said[name].get<double>() == none))
+        tools_.diagnostics.warning("MEDIUM-FIELD", p_.pos, std::string("\"") + name + "\" of Volume is not known",
+                                   "it has no effect",
+                                   "densityFloat and velocityMultiplier of PxrVolume are factors");
+  }
   void ofFile(const std::string& name, shade::SpaceMedium& medium) {
     const auto [grid, component] = partOfGrid(name);
     const volume::VoxelGrid* found =
@@ -154,6 +183,8 @@ class Fields {
   const scene::OtherPrimitive& volume_;
   const SpaceMediaStage::Tools& tools_;
   std::string file_;
+  static constexpr double kWidest = 1000;
+  float filterWidth_ = 1;
 };
 
 // How far the grids of a medium are carried while the shutter is open. They stand for time 0, or for when the shutter
@@ -261,10 +292,24 @@ void setTint(shade::SpaceMedium& m, const std::vector<std::array<float, 3>>& mea
   for (int k = 0; k < 3; ++k) m.tint[k] = whole > 0 ? float(sum[k] / whole) : 1.f;
 }
 
+// A bound that fields give within a cell, of what is looked up at a level of theirs.
+float boundOf(const shade::SpaceMedium& m, const volume::Majorants& cells, size_t cell, uint32_t level) {
+  float most = std::max({m.factor[0], m.factor[1], m.factor[2], 0.f}), low[3], high[3];
+  cells.boundsOf(cell, low, high);
+  // lookups round the corners of cells
+  for (int k = 0; k < 3; ++k) {
+    const float slack = 1e-4f * (high[k] - low[k]) + m.farthest[k];
+    low[k] -= slack;
+    high[k] += slack;
+  }
+  if (!(most < 1e30f)) most = 0;
+  if (m.number) most *= std::max(m.number->most(low, high, level), 0.f);
+  if (m.color) most *= std::max(m.color->most(low, high, level), 0.f);
+  return most < 1e30f ? most * 1.00001f : 0.f;
+}
+
 // Bounds that fields give.
 void boundByFields(shade::SpaceMedium& m) {
-  float factor = std::max({m.factor[0], m.factor[1], m.factor[2], 0.f});
-  if (!(factor < 1e30f)) factor = 0;
   std::vector<std::array<float, 3>> means(m.majorants.count());
   tbb::parallel_for(size_t(0), m.majorants.count(), [&](size_t cell) {
     float low[3], high[3], sum[3] = {0, 0, 0};
@@ -276,18 +321,30 @@ void boundByFields(shade::SpaceMedium& m) {
       for (int k = 0; k < 3; ++k) sum[k] += v[k];
     }
     for (int k = 0; k < 3; ++k) means[cell][size_t(k)] = sum[k] * (1.f / 8);
-    // lookups round the corners of cells
-    for (int k = 0; k < 3; ++k) {
-      const float slack = 1e-4f * (high[k] - low[k]) + m.farthest[k];
-      low[k] -= slack;
-      high[k] += slack;
-    }
-    float most = factor;
-    if (m.number) most *= std::max(m.number->most(low, high), 0.f);
-    if (m.color) most *= std::max(m.color->most(low, high), 0.f);
-    m.majorants[cell] = most < 1e30f ? most * 1.00001f : 0.f;
+    m.majorants[cell] = boundOf(m, m.majorants, cell, 0);
   });
   setTint(m, means);
+}
+
+// Which coarser levels of its fields rays see, with bounds of their own, which are lower: means have no peaks. scale: of
+// lengths from object space. Not where the medium's networks ask for the fields, which know no levels.
+void setLevels(shade::SpaceMedium& m, float filterWidth, float scale) {
+  if (!m.isProduct || m.mayEmit || !(filterWidth > 0)) return;
+  uint32_t levels = 1;
+  float side = 0;  // of a voxel
+  for (const volume::MediumField* f : {m.number, m.color})
+    if (f) {
+      levels = std::max(levels, f->levels());
+      side = std::max(side, f->voxelSize() * scale);
+    }
+  for (uint32_t level = 1; level < levels && side > 0 && side < 1e30f; ++level) {
+    side *= 2;
+    shade::SpaceMedium::Level next{0.5f * side / filterWidth, m.majorants};
+    tbb::parallel_for(size_t(0), next.majorants.count(),
+                      [&](size_t cell) { next.majorants[cell] = boundOf(m, next.majorants, cell, level); });
+    if (!(next.majorants.largest() * side <= kThickest * std::max(filterWidth, 1.f))) break;
+    m.levels.push_back(std::move(next));
+  }
 }
 
 // What a medium is over a lattice of n points along each side of the listed cells: put(cell, extinction, emission,
@@ -509,6 +566,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<trace::PartInput> parts;
   std::vector<trace::PlacementInput> placements;
   std::vector<bool> needsShading;
+  std::vector<float> filterWidths;
   Aggregates aggregates(tools.aggregates, interiorsOf(*world.materials));
   for (const uint32_t k : filled) {
     const uint32_t kind = flat->placements[k].kind, shape = flat->kinds[kind].shape;
@@ -539,7 +597,12 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     const shade::Program& program = world.materials->program((*world.materials)[material].program);
     m.mayEmit = program.mediumFlags & kMediumMayEmit;
     media->mayEmit |= m.mayEmit;
-    if (const scene::OtherPrimitive* volume = requestOf(p)) Fields(p, *volume, tools).read(m);
+    filterWidths.push_back(0);
+    if (const scene::OtherPrimitive* volume = requestOf(p)) {
+      Fields fields(p, *volume, tools);
+      fields.read(m);
+      filterWidths.back() = fields.filterWidth();
+    }
     const shade::MaterialSet::Extinction& e = world.materials->extinction(material);
     m.isProduct = e.isProduct;
     m.towardsLights = e.towardsLights;
@@ -611,14 +674,19 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
       boundByFields(m);
     const trace::Instance& instance = world.world->instance(m.instance);
     const float said = world.materials->extinction(world.placements[instance.info].material).most;
-    for (size_t cell = 0; said >= 0 && cell < m.majorants.count(); ++cell)
-      m.majorants[cell] = std::min(m.majorants[cell], said);
-    if (!m.mayEmit) continue;
     float low[3], high[3];
     for (int k = 0; k < 3; ++k) {
       low[k] = m.low[k] - m.farthest[k];
       high[k] = m.high[k] + m.farthest[k];
     }
+    const float scale = world.spaceOf(m.instance, m.geometry).scale;
+    setLevels(m, filterWidths[i], scale > 0 ? 1 / scale : 0);
+    const auto limit = [said](volume::Majorants& bounds) {
+      for (size_t cell = 0; said >= 0 && cell < bounds.count(); ++cell) bounds[cell] = std::min(bounds[cell], said);
+    };
+    limit(m.majorants);
+    for (shade::SpaceMedium::Level& level : m.levels) limit(level.majorants);
+    if (!m.mayEmit) continue;
     findEmission(m, i, world, low, high, tools.stop);
   }
   if (tools.stop && tools.stop->load(std::memory_order_relaxed)) inputs_ = {};  // not all of it has been looked at

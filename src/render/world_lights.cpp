@@ -75,6 +75,29 @@ std::set<std::string> namesOf(const scene::Light& l) {
   return all;
 }
 
+// Names that light linking may call what a medium emits by: the object's, and its groups.
+std::set<std::string> namesOf(const shade::SpaceMedium& m, const FlatScene& flat, const shade::ShadingWorld& world) {
+  std::set<std::string> all{m.name};
+  if (const scene::Attributes* a = flat.attributes[world.world->instance(m.instance).info])
+    for (std::string& g : groupNames(a->named.getString("grouping:membership", ""))) all.insert(std::move(g));
+  return all;
+}
+
+// What is emitted by a medium of these names lights all objects, as what surfaces emit does; but where some object's
+// linking calls it by name it is a light among the others, which the lists of each choose.
+void linkMedium(uint32_t light, const std::set<std::string>& names, const LinkSets& links,
+                std::vector<std::vector<uint32_t>>& sets) {
+  const auto in = [&](const std::string& list) {
+    const std::vector<std::string> all = groupNames(list);
+    return std::any_of(all.begin(), all.end(), [&](const std::string& n) { return names.count(n) > 0; });
+  };
+  bool isCalled = false;
+  for (const auto& [key, index] : links) isCalled |= in(key.subset) || in(key.exclude);
+  for (const auto& [key, index] : links)
+    if (!isCalled || ((groupNames(key.subset).empty() || in(key.subset)) && !in(key.exclude)))
+      sets[index].push_back(light);
+}
+
 // Lights keep their size and shape over the shutter: told where they should not.
 std::shared_ptr<const light::LightMotion> motionOf(const scene::Light& l, const CameraState& camera,
                                                    Diagnostics& diagnostics) {
@@ -218,7 +241,7 @@ bool declares(const Descriptor& plugin, const char* name) {
                      [&](const Param& p) { return std::string_view(p.name) == name; });
 }
 
-// What media emit is sampled as the lights are: all objects are lit by it.
+// What media emit is sampled as the lights are.
 void addMediumLights(shade::ShadingWorld& world, const film::LightPaths& paths, std::vector<light::LightKind>& kinds,
                      std::vector<light::LightEntry>& entries) {
   world.firstMediumLight = uint32_t(entries.size());
@@ -380,7 +403,8 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
 
 std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
                                                     const std::vector<scene::Light>& sources, const LinkSets& links,
-                                                    const Tools& tools, shade::ShadingWorld& world, Rebuilt& made) {
+                                                    const FlatScene& flat, const Tools& tools,
+                                                    shade::ShadingWorld& world, Rebuilt& made) {
   before_ = std::move(now_);
   now_.clear();
   Chosen chosen = choose(scene, sources, tools, made);
@@ -395,6 +419,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   for (const auto* list : {&scene.classicLights, &sources})
     for (const scene::Light& l : *list)
       if (l.node) known.merge(namesOf(l));
+  for (uint32_t i = 0; glows && i < world.space->media.size(); ++i)
+    if (world.space->media[i].emission) known.merge(namesOf(world.space->media[i], flat, world));
   // lights that mark are linked as the others are
   const auto lit = uint32_t(chosen.entries.size());
   std::vector<std::set<std::string>> names = chosen.names;
@@ -414,7 +440,7 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   addMediumLights(world, tools.paths, chosen.kinds, chosen.entries);
   for (uint32_t i = lit; i < chosen.entries.size(); ++i) {
     chosen.serials.push_back(world.space->serial);
-    for (auto& set : sets) set.push_back(i);
+    linkMedium(i, namesOf(world.space->media[world.mediumLights[i - lit]], flat, world), links, sets);
   }
   world.hasPlacedLights = std::any_of(chosen.entries.begin(), chosen.entries.end(), [](const light::LightEntry& e) {
     return !e.description.isInfinite && e.description.power > 0;

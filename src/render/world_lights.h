@@ -49,10 +49,10 @@ class Lights {
     const ShadowSets& shadowSets;
     bool areShadowsOthers = false;  // shadow rays and rays that find lights do not see the same objects
   };
-  // Of the world that `world` holds by now; sets what it says of link sets. `sources` as above.
+  // Of the world that `world` holds by now; sets what it says of link sets. `sources`, `flat` as above.
   std::shared_ptr<const light::LightSet> make(const scene::Scene& scene, const std::vector<scene::Light>& sources,
-                                              const LinkSets& links, const Tools& tools, shade::ShadingWorld& world,
-                                              Rebuilt& made);
+                                              const LinkSets& links, const FlatScene& flat, const Tools& tools,
+                                              shade::ShadingWorld& world, Rebuilt& made);
   void forget() { *this = {}; }
 
  private:

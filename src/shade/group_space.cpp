@@ -138,7 +138,14 @@ const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks)
     for (uint32_t k = t.first; k < t.last; ++k) {
       share[k] = 1;
       const uint32_t medium = crossings_[k].medium;
-      if (world_.lightOfMedium[medium] == kNoLight || !(list.againstLights[t.entry] < 1e30f)) continue;
+      if (world_.lightOfMedium[medium] == kNoLight) continue;
+      // what it does not light finds nothing of it by chance either, but mirrors show all
+      if (host.left.linkSet && !(list.origin[t.entry] & kFromDiscrete) &&
+          !world_.lights->isLinked(host.left.linkSet[t.entry], world_.lightOfMedium[medium])) {
+        share[k] = 0;
+        continue;
+      }
+      if (!(list.againstLights[t.entry] < 1e30f)) continue;
       bool isFirst = true;
       for (uint32_t before = t.first; before < k && isFirst; ++before) isFirst = crossings_[before].medium != medium;
       if (!isFirst) continue;
@@ -431,6 +438,7 @@ void GroupState::thinOutShadows(uint32_t depth, const ShadowRays& rays) {
   const ArenaScope memory(arena_);
   RayList& list = *makeRays(rays.count);
   copyRays(rays, list);
+  for (uint32_t i = 0; i < rays.count; ++i) list.rays.spread[i] = spreadAlong(rays, i, list.rays.spread[i]);
   thinOut(list.rays, list.rays.tMax, trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, list.sampleSeed,
           list.sampleIndex, ListHost::of(list).left.bounces, depth, m, open, rays.transmittance);
 }

@@ -26,6 +26,7 @@ void GroupState::meanTransmittance(uint32_t n, const float* const o[3], const fl
       list.rays.d[k][i] = d[k][from];
     }
     list.rays.time[i] = time[from];
+    list.rays.radius[i] = list.rays.spread[i] = 0;
     list.sampleSeed[i] = list.sampleIndex[i] = 0;
     entries[i] = i;
     ends[i] = std::min(length[from], 1e30f);

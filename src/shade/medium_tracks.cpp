@@ -50,7 +50,7 @@ float SpaceMedium::similarity(uint32_t bounces) const {
   return f;
 }
 
-void SpaceMedium::productAt(const float place[3], float time, float extinction[3]) const {
+void SpaceMedium::productAt(const float place[3], float time, float extinction[3], uint32_t level) const {
   float n = 1, c[3] = {1, 1, 1}, object[3] = {place[0], place[1], place[2]};
   if (isCarried && !carryBack(object, time)) {
     for (int k = 0; k < 3; ++k) extinction[k] = 0;
@@ -58,11 +58,11 @@ void SpaceMedium::productAt(const float place[3], float time, float extinction[3
   }
   if (number) {
     float v[3] = {};
-    number->at(object, v);
+    number->at(object, v, level);
     n = number->components() == 3 ? (v[0] + v[1] + v[2]) * (1.f / 3) : v[0];
   }
   if (color) {
-    color->at(object, c);
+    color->at(object, c, level);
     if (color->components() == 1) c[1] = c[2] = c[0];
   }
   for (int k = 0; k < 3; ++k) {
@@ -100,6 +100,8 @@ MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& cro
     t.event = 0;
     t.bounces = bounces ? bounces[s] : 0;
     t.time = rays.time[s];
+    t.radius = rays.radius[s];
+    t.spread = rays.spread[s];
     t.t = 0;
     t.end = ends[s];
     t.left = -1;
@@ -131,7 +133,9 @@ bool MediumTracks::advance(uint32_t i) {
         a.most = 0;
         continue;
       }
-      a.most = a.scale * m.majorants.at(a.o, a.d, t.t, until);
+      while (t.t >= a.coarserFrom) a.coarserFrom = m.coarserFrom(++a.level, t.radius, t.spread);
+      until = std::min(until, a.coarserFrom);
+      a.most = a.scale * m.boundsOf(a.level).at(a.o, a.d, t.t, until);
       t.bound += a.most;
     }
     if (t.bound > 0) {
@@ -197,6 +201,8 @@ void MediumTracks::enter(Track& t, uint32_t medium) {
   Around& a = t.around[t.count++];
   a.medium = medium;
   a.scale = space_.media[medium].similarity(t.bounces);
+  a.level = 0;
+  a.coarserFrom = space_.media[medium].coarserFrom(0, t.radius, t.spread);
   if (medium != lastMedium_) {
     const SpaceMedium& m = space_.media[medium];
     toLast_ = g_.toObject(m.instance, m.geometry, rays_.time[t.entry]);
@@ -247,7 +253,7 @@ void MediumLookups::add(const SpaceMedia& space, const Track& t, const Around& a
   if (m.isProduct && !emits) {
     float p[3], v[3];
     for (int k = 0; k < 3; ++k) p[k] = a.o[k] + a.d[k] * t.t;
-    m.productAt(p, t.time, v);
+    m.productAt(p, t.time, v, m.levelAt(t.t, t.radius, t.spread));
     for (int k = 0; k < 3; ++k) extinction[k][at] = a.scale * v[k];
     for (float* x : emission)
       if (x) x[at] = 0;

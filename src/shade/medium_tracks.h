@@ -14,8 +14,10 @@ inline constexpr uint32_t kMostOverlapping = 8;  // media at a point
 struct Around {
   uint32_t medium;
   float o[3], d[3];
-  float most;   // the bound where the ray is
-  float scale;  // on its extinction, see SpaceMedium::similarity
+  float most;         // the bound where the ray is
+  float scale;        // on its extinction, see SpaceMedium::similarity
+  uint32_t level;     // of its fields, where the ray is
+  float coarserFrom;  // the distance where the next one begins
 };
 
 struct Track {
@@ -25,11 +27,12 @@ struct Track {
   uint32_t seed, event;
   uint32_t bounces;  // scatterings in media before, one after another
   float time, t, end;
-  float left;     // of the optical depth to the next tentative collision; below 0: not drawn yet
-  float bound;    // at that collision, of all media together
-  float w[3];     // the factors on its channels
-  float path[3];  // the same of its path before, which chances go by as well: else channels drift apart
-  float even[3];  // optical depth of what is known exactly, for rays that are not scattered
+  float radius, spread;  // of the ray's footprint
+  float left;            // of the optical depth to the next tentative collision; below 0: not drawn yet
+  float bound;           // at that collision, of all media together
+  float w[3];            // the factors on its channels
+  float path[3];         // the same of its path before, which chances go by as well: else channels drift apart
+  float even[3];         // optical depth of what is known exactly, for rays that are not scattered
   uint32_t count;
   Around around[kMostOverlapping];
 };

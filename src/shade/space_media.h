@@ -2,6 +2,7 @@
 // Their boundaries have a hierarchy of their own, for no ray stops there. Made by render/space_media.h; read by the
 // groups of all threads.
 #pragma once
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -36,8 +37,16 @@ struct SpaceMedium {
   // See ExtinctionProduct.
   float extinctionByBounce = 1, contributionByBounce = 1;
   volume::Majorants majorants;  // by render unit, over object space
-  float tint[3] = {1, 1, 1};    // channels of the extinction, about, over the means of its cells
-  float towardsLights = 0.5f;   // see ExtinctionProduct
+  // Coarser levels of the fields that extinction is a product of, from the second finest one on, with bounds of what is
+  // looked up there. A ray sees a level where the radius of its footprint is the level's at least: its voxels are no
+  // wider than the footprint. So which one follows from the ray and the distance along it.
+  struct Level {
+    float radius = 0;
+    volume::Majorants majorants;
+  };
+  std::vector<Level> levels;
+  float tint[3] = {1, 1, 1};   // channels of the extinction, about, over the means of its cells
+  float towardsLights = 0.5f;  // see ExtinctionProduct
   // Cells that emit, and how much (4 pi times its volume integral, averaged over channels); null: none does.
   std::shared_ptr<const volume::EmissionCells> emission;
   float power = 0;
@@ -46,7 +55,19 @@ struct SpaceMedium {
   // The same everywhere in it, and all there is to know.
   bool isEven() const { return isProduct && !number && !color && !mayEmit; }
   // Of a product, at a point of object space and a time of the shutter, 0 to 1.
-  void productAt(const float object[3], float time, float extinction[3]) const;
+  void productAt(const float object[3], float time, float extinction[3], uint32_t level = 0) const;
+  // The distance along a ray from which on it sees the next level but `level`; infinity: there is none.
+  float coarserFrom(uint32_t level, float radius, float spread) const {
+    if (level >= levels.size()) return INFINITY;
+    const float more = levels[level].radius - radius;
+    return more <= 0 ? 0 : spread > 0 ? more / spread : INFINITY;
+  }
+  uint32_t levelAt(float t, float radius, float spread) const {
+    uint32_t level = 0;
+    while (t >= coarserFrom(level, radius, spread)) ++level;
+    return level;
+  }
+  const volume::Majorants& boundsOf(uint32_t level) const { return level ? levels[level - 1].majorants : majorants; }
   // Where that was when the fields were made. False: beyond them.
   bool carryBack(float object[3], float time) const;
   // Factor on its extinction for light that was scattered so often before.

@@ -82,6 +82,7 @@ TEST(MediumField, BoundsHoldForAllLookups) {
     }
     EXPECT_GT(seen, 0);
   }
+  EXPECT_EQ(field.levels(), 1u);  // voxels of requests have no others
   // a point of the request is what it says, and the value of its outermost points goes on
   float v;
   const float corner[3] = {-1, 0, 2}, beyond[3] = {-5, -5, -5};
@@ -89,6 +90,50 @@ TEST(MediumField, BoundsHoldForAllLookups) {
   EXPECT_FLOAT_EQ(v, values[0]);
   field.at(beyond, &v);
   EXPECT_FLOAT_EQ(v, values[0]);
+}
+
+TEST(MediumField, BoundsHoldForLookupsOfEachLevel) {
+  GridShape shape;
+  for (int k = 0; k < 3; ++k) {
+    shape.first[k] = -5 + 9 * k;
+    shape.size[k] = 40 + 3 * k;
+    shape.worldToIndex[5 * k] = 10;
+  }
+  shape.worldToIndex[15] = 1;
+  VoxelGrid grid(shape);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (uint64_t b = 0; b < shape.brickCount(); ++b) {
+    if (unit(random) < 0.3f) continue;
+    float* const to = grid.addBrick(b);
+    for (int i = 0; i < GridShape::kVoxels; ++i) to[i] = unit(random) < 0.1f ? 9 * unit(random) : unit(random);
+  }
+  grid.coarsen(shape.brickCount());
+  const MediumField field(&grid);
+  ASSERT_EQ(field.levels(), 3u);
+  double last = 1e30;
+  for (uint32_t level = 0; level < field.levels(); ++level) {
+    double sum = 0;
+    for (int box = 0; box < 200; ++box) {
+      float low[3], high[3], seen = 0;
+      for (int k = 0; k < 3; ++k) {
+        const float a = float(shape.first[k]) * 0.1f - 0.5f, length = float(shape.size[k]) * 0.1f + 1;
+        low[k] = a + length * unit(random);
+        high[k] = low[k] + unit(random);
+      }
+      const float most = field.most(low, high, level);
+      for (int n = 0; n < 200; ++n) {
+        float p[3], v;
+        for (int k = 0; k < 3; ++k) p[k] = low[k] + (high[k] - low[k]) * unit(random);
+        field.at(p, &v, level);
+        seen = std::max(seen, v);
+        ASSERT_LE(v, most * 1.00001f) << level;
+      }
+      sum += double(most);
+    }
+    EXPECT_LT(sum, last);  // means have no peaks
+    last = sum;
+  }
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ MediumField::MediumField(const VolumeFunctions& functions, const VolumeTraits& t
                          std::shared_ptr<const void> data)
     : plugin_{&functions, &traits, field, traits.fields[field].components == 3 ? 3 : 1, std::move(data)} {}
 
-void MediumField::at(const float object[3], float* out) const {
+void MediumField::at(const float object[3], float* out, uint32_t level) const {
   if (plugin_.functions) {
     alignas(64) float P[3][kPad], time[kPad] = {}, value[3][kPad];
     for (int k = 0; k < 3; ++k) std::fill_n(P[k], kPad, object[k]);
@@ -49,50 +49,53 @@ void MediumField::at(const float object[3], float* out) const {
     for (int k = 0; k < plugin_.components; ++k) out[k] = value[k][0];
     return;
   }
+  const VoxelGrid& grid = grid_->level(level);
   double index[3];
-  grid_->toIndex(object, index);
+  grid.toIndex(object, index);
   if (component_ < 0) {
-    grid_->lookUp(index, how_, out);
+    grid.lookUp(index, how_, out);
     return;
   }
   float v[3] = {};
-  grid_->lookUp(index, how_, v);
+  grid.lookUp(index, how_, v);
   *out = v[component_];
 }
 
-void MediumField::extremes(const float low[3], const float high[3], float least[3], float largest[3]) const {
+void MediumField::extremes(const float low[3], const float high[3], uint32_t level, float least[3],
+                           float largest[3]) const {
   if (plugin_.functions) {
     const VolumeBound box{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
     plugin_.traits->extremes(plugin_.data.get(), plugin_.field, &box, least, largest);
     return;
   }
+  const VoxelGrid& grid = grid_->level(level);
   double from[3], to[3];
   for (int corner = 0; corner < 8; ++corner) {
     float p[3];
     for (int k = 0; k < 3; ++k) p[k] = corner >> k & 1 ? high[k] : low[k];
     double index[3];
-    grid_->toIndex(p, index);
+    grid.toIndex(p, index);
     for (int k = 0; k < 3; ++k) {
       from[k] = corner ? std::min(from[k], index[k]) : index[k];
       to[k] = corner ? std::max(to[k], index[k]) : index[k];
     }
   }
-  grid_->extremes(from, to, how_, least, largest);
+  grid.extremes(from, to, how_, least, largest);
   if (component_ >= 0) {
     least[0] = least[component_];
     largest[0] = largest[component_];
   }
 }
 
-float MediumField::most(const float low[3], const float high[3]) const {
+float MediumField::most(const float low[3], const float high[3], uint32_t level) const {
   float least[3] = {}, largest[3] = {};
-  extremes(low, high, least, largest);
+  extremes(low, high, level, least, largest);
   return *std::max_element(largest, largest + components());
 }
 
 float MediumField::largest(int component, const float low[3], const float high[3]) const {
   float least[3] = {}, largest[3] = {};
-  extremes(low, high, least, largest);
+  extremes(low, high, 0, least, largest);
   return std::max(std::fabs(least[component]), std::fabs(largest[component]));
 }
 

@@ -25,18 +25,20 @@ class MediumField {
   int components() const {
     return plugin_.functions ? plugin_.components : component_ < 0 ? grid_->shape().channels : 1;
   }
-  // components() numbers.
-  void at(const float object[3], float* out) const;
+  // Of a grid from a file, the finest among them; else 1.
+  uint32_t levels() const { return grid_ ? grid_->levels() : 1; }
+  // components() numbers. level: the coarsest there is from levels() on.
+  void at(const float object[3], float* out, uint32_t level = 0) const;
   // Within a box of object space: the largest that at() gives of any component.
-  float most(const float low[3], const float high[3]) const;
+  float most(const float low[3], const float high[3], uint32_t level = 0) const;
   // There, the largest absolute value of one component.
   float largest(int component, const float low[3], const float high[3]) const;
-  // The side of a voxel in object space, about.
+  // The side of a voxel of the finest level in object space, about.
   float voxelSize() const;
 
  private:
   // By component, as at() gives them.
-  void extremes(const float low[3], const float high[3], float least[3], float largest[3]) const;
+  void extremes(const float low[3], const float high[3], uint32_t level, float least[3], float largest[3]) const;
   struct Plugin {
     const VolumeFunctions* functions = nullptr;  // null: there is a grid
     const VolumeTraits* traits = nullptr;

@@ -44,6 +44,7 @@ std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>&
       uint8_t more;
       if (read(&more, 1)) return nullptr;
       error.clear();
+      grid->coarsen(grid->shape().brickCount());
       return grid;
     }
     const bool isConstant = kind == GridRecord::Constant;
@@ -53,6 +54,8 @@ std::unique_ptr<VoxelGrid> receiveGrid(const std::function<bool(void*, size_t)>&
       error = "its voxels take more memory (" + asBinaryBytes(most) + ") than is given to a file of its size";
       return nullptr;
     }
+    // while the bricks that they are made of are still in memory
+    grid->coarsen(head[1]);
     next = head[1] + uint64_t(1);
     ++records;
     error.clear();

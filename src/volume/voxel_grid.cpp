@@ -64,10 +64,11 @@ const char* GridShape::disbelief() const {
   return nullptr;
 }
 
-VoxelGrid::VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store)
+VoxelGrid::VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store, uint32_t level)
     : shape_(shape),
       stride_{uint64_t(shape.bricks(0)), uint64_t(shape.bricks(0)) * uint64_t(shape.bricks(1))},
-      store_(store ? std::move(store) : std::make_shared<VoxelStore>(0)) {
+      store_(store ? std::move(store) : std::make_shared<VoxelStore>(0)),
+      level_(level) {
   for (int k = 0; k < 3; ++k) offset_[k] = shape.first[k] - shape.firstBrick(k) * GridShape::kSide;
   memory_.add(shape.brickCount() * sizeof(float*));
   table_.resize(shape.brickCount());
@@ -76,7 +77,7 @@ VoxelGrid::VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store)
 float* VoxelGrid::addBrick(uint64_t number) {
   const size_t floats = size_t(GridShape::kVoxels) * size_t(shape_.channels);
   if (!slab_ || usedOfSlab_ == kSlab) {
-    slab_ = store_->add(kSlab * floats);
+    slab_ = store_->add(kSlab * floats, level_);
     brickBytes_ += kSlab * floats * sizeof(float);
     usedOfSlab_ = 0;
   }
@@ -94,6 +95,95 @@ void VoxelGrid::addConstantBrick(uint64_t number, const float* value) {
     lastConstant_ = brick;
   }
   table_[number] = lastConstant_;
+}
+
+namespace {
+
+// Of the next level: two voxels along each axis are one, beginning at even numbers.
+GridShape coarserShape(const GridShape& fine) {
+  GridShape shape = fine;
+  for (int k = 0; k < 3; ++k) {
+    shape.first[k] = fine.first[k] >> 1;
+    shape.size[k] = ((fine.first[k] + fine.size[k] - 1) >> 1) - shape.first[k] + 1;
+    // the middle of voxels 2 i and 2 i + 1 is that of voxel i
+    for (int row = 0; row < 3; ++row) shape.worldToIndex[4 * row + k] = 0.5 * fine.worldToIndex[4 * row + k];
+    shape.worldToIndex[12 + k] = 0.5 * (fine.worldToIndex[12 + k] - 0.5);
+  }
+  return shape;
+}
+
+}  // namespace
+
+void VoxelGrid::coarsen(uint64_t below) {
+  constexpr int32_t kWorthIt = 16;  // voxels along the longest side of a grid that has a coarser level
+  if (std::max({shape_.size[0], shape_.size[1], shape_.size[2]}) < kWorthIt) return;
+  if (!coarser_) coarser_.reset(new VoxelGrid(coarserShape(shape_), store_, level_ + 1));
+  const int32_t layers = int32_t(below / stride_[1]);  // that are whole
+  const GridShape& coarse = coarser_->shape_;
+  for (; coarsened_ < coarse.bricks(2); ++coarsened_) {
+    // the last of this level's layers that it is made of
+    const int32_t last =
+        std::min(2 * (coarse.firstBrick(2) + coarsened_) + 1 - shape_.firstBrick(2), shape_.bricks(2) - 1);
+    if (last >= layers) break;
+    coarsenLayer(coarsened_);
+  }
+  coarser_->coarsen(uint64_t(coarsened_) * coarser_->stride_[1]);
+}
+
+void VoxelGrid::coarsenLayer(int32_t z) {
+  const size_t channels = size_t(shape_.channels), floats = size_t(GridShape::kVoxels) * channels;
+  std::vector<float> made(floats);
+  for (int32_t y = 0; y < coarser_->shape_.bricks(1); ++y)
+    for (int32_t x = 0; x < coarser_->shape_.bricks(0); ++x) {
+      const int32_t at[3] = {x, y, z};
+      if (!averageBricks(at, made.data())) continue;
+      const bool isOne = std::memcmp(made.data(), made.data() + channels, (floats - channels) * sizeof(float)) == 0;
+      if (isOne && std::all_of(made.begin(), made.begin() + long(channels), [](float v) { return v == 0; })) continue;
+      const uint64_t number = uint64_t(x) + uint64_t(y) * coarser_->stride_[0] + uint64_t(z) * coarser_->stride_[1];
+      if (isOne)
+        coarser_->addConstantBrick(number, made.data());
+      else
+        std::copy(made.begin(), made.end(), coarser_->addBrick(number));
+    }
+}
+
+// One brick of the coarser level. Beyond the box there is nothing, as lookups have it. False: no brick is there.
+bool VoxelGrid::averageBricks(const int32_t at[3], float* out) const {
+  const size_t channels = size_t(shape_.channels);
+  const float* bricks[8] = {};
+  int32_t first[3];  // of the bricks that it is made of
+  for (int k = 0; k < 3; ++k) first[k] = 2 * (coarser_->shape_.firstBrick(k) + at[k]) - shape_.firstBrick(k);
+  bool isAny = false;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int32_t b[3] = {first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2)};
+    if (b[0] < 0 || b[1] < 0 || b[2] < 0 || b[0] >= shape_.bricks(0) || b[1] >= shape_.bricks(1) ||
+        b[2] >= shape_.bricks(2))
+      continue;
+    bricks[corner] = table_[uint64_t(b[0]) + uint64_t(b[1]) * stride_[0] + uint64_t(b[2]) * stride_[1]];
+    isAny |= bricks[corner] != nullptr;
+  }
+  if (!isAny) return false;
+  std::fill_n(out, size_t(GridShape::kVoxels) * channels, 0.f);
+  for (int corner = 0; corner < 8; ++corner) {
+    const float* const fine = bricks[corner];
+    if (!fine) continue;
+    store_->use(fine);
+    int32_t from[3], to[3];  // voxels of the brick that lie in the box
+    for (int k = 0; k < 3; ++k) {
+      const int32_t begin = offset_[k] - 8 * (first[k] + (corner >> k & 1));
+      from[k] = std::max(begin, 0);
+      to[k] = std::min(begin + shape_.size[k], 8);
+    }
+    const size_t origin = size_t(corner & 1) * 4 + size_t(corner >> 1 & 1) * 32 + size_t(corner >> 2) * 256;
+    for (int32_t z = from[2]; z < to[2]; ++z)
+      for (int32_t y = from[1]; y < to[1]; ++y)
+        for (int32_t x = from[0]; x < to[0]; ++x) {
+          const float* const v = fine + size_t(x + 8 * y + 64 * z) * channels;
+          float* const sum = out + (origin + size_t((x >> 1) + 8 * (y >> 1) + 64 * (z >> 1))) * channels;
+          for (size_t c = 0; c < channels; ++c) sum[c] += v[c] * 0.125f;
+        }
+  }
+  return true;
 }
 
 void VoxelGrid::toIndex(const float world[3], double index[3]) const {

@@ -1,7 +1,7 @@
 // The voxels of one grid: bricks of 8 x 8 x 8 in a table over the grid's box, and lookups between them. Made by
 // receiveGrid() of what another process read; read by shade/ on any thread. Voxel centres lie at whole index
 // positions; what no brick holds is 0. A lookup is a function of position and options alone, the same bits wherever
-// it is asked.
+// it is asked. Coarser levels are grids of their own, each voxel the mean of two along each axis of the finer one.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -43,14 +43,24 @@ class VoxelGrid {
  public:
   // Throws MemoryExceeded or bad_alloc. The shape is one without disbelief(). store: of its bricks; null: its own, all
   // of it in memory.
-  explicit VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store = nullptr);
+  explicit VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store = nullptr)
+      : VoxelGrid(shape, std::move(store), 0) {}
   const GridShape& shape() const { return shape_; }
-  uint64_t bytes() const { return memory_.bytes() + brickBytes_; }  // wherever bricks lie
+  // Wherever bricks lie, and of coarser levels too.
+  uint64_t bytes() const { return memory_.bytes() + brickBytes_ + (coarser_ ? coarser_->bytes() : 0); }
   // Room for the brick of that number (x fastest), to be filled by the caller: channels of a voxel side by side,
   // voxels x fastest. Throws as the constructor does.
   float* addBrick(uint64_t number);
   // A brick of one value; those of a value in a row share memory.
   void addConstantBrick(uint64_t number, const float* value);
+
+  // Makes what can be made of coarser levels of the bricks with numbers below that, all of which have been filled. In
+  // order of numbers, up to brickCount() for all of them. Throws as the constructor does.
+  void coarsen(uint64_t below);
+  // The finest, which is the grid itself, and those that coarsen() has made.
+  uint32_t levels() const { return coarser_ ? coarser_->levels() + 1 : 1; }
+  // The coarsest there is from `levels` on.
+  const VoxelGrid& level(uint32_t n) const { return n && coarser_ ? coarser_->level(n - 1) : *this; }
 
   void toIndex(const float world[3], double index[3]) const;
   // Lengths of a step of world space along the axes of the grid, in voxels.
@@ -62,6 +72,9 @@ class VoxelGrid {
   void extremes(const double low[3], const double high[3], const VoxelLookup& how, float* least, float* most) const;
 
  private:
+  VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store, uint32_t level);
+  void coarsenLayer(int32_t z);
+  bool averageBricks(const int32_t at[3], float* out) const;
   const float* voxel(const int32_t at[3]) const;
   void sample(const double place[3], const VoxelLookup& how, float* out) const;
 
@@ -74,6 +87,9 @@ class VoxelGrid {
   uint32_t usedOfSlab_ = 0;
   uint64_t brickBytes_ = 0;
   const float* lastConstant_ = nullptr;
+  uint32_t level_ = 0;
+  std::unique_ptr<VoxelGrid> coarser_;
+  int32_t coarsened_ = 0;  // layers of the coarser level that have been made
   MemoryHold memory_{MemoryUse::Textures};
 };
 

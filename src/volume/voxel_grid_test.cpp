@@ -1,5 +1,6 @@
 // Proves: lookups of a grid give the closed forms of a linear field and of single voxels, at voxels, between them and
-// outside for each wrap, over bricks that begin below zero; footprints; shapes that are not believed.
+// outside for each wrap, over bricks that begin below zero; footprints; coarser levels are means of the finest, however
+// the bricks come; shapes that are not believed.
 #include "volume/voxel_grid.h"
 
 #include <gtest/gtest.h>
@@ -145,6 +146,83 @@ TEST(VoxelGrid, FootprintsAreAveraged) {
   how.isClosest = false;
   how.size[0] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(valueAt(*grid, 8.25, 4, 2.5, how), 298.25f);
+}
+
+// Bricks of random numbers, of one number, and none, over a box that begins and ends within bricks.
+std::unique_ptr<VoxelGrid> unevenGrid(int channels, bool atOnce) {
+  GridShape shape;
+  shape.channels = channels;
+  const int first[3] = {-13, 6, -41}, size[3] = {37, 21, 70};
+  for (int k = 0; k < 3; ++k) {
+    shape.first[k] = first[k];
+    shape.size[k] = size[k];
+    shape.worldToIndex[5 * k] = 2;
+    shape.worldToIndex[12 + k] = 3 - k;
+  }
+  shape.worldToIndex[15] = 1;
+  auto grid = std::make_unique<VoxelGrid>(shape);
+  uint32_t random = 1;
+  for (uint64_t b = 0; b < shape.brickCount(); ++b) {
+    if (b % 3 == 1) continue;
+    if (!atOnce) grid->coarsen(b);
+    const float one[3] = {float(b % 2), 2, 3};
+    if (b % 3 == 2) {
+      grid->addConstantBrick(b, one);
+      continue;
+    }
+    float* to = grid->addBrick(b);
+    for (int i = 0; i < GridShape::kVoxels * channels; ++i) {
+      random = random * 1664525u + 1013904223u;
+      to[i] = float(random >> 8) * 0x1p-24f;
+    }
+  }
+  grid->coarsen(shape.brickCount());
+  return grid;
+}
+
+TEST(VoxelGrid, CoarserLevelsAreMeans) {
+  for (const int channels : {1, 3}) {
+    const auto grid = unevenGrid(channels, false), atOnce = unevenGrid(channels, true);
+    ASSERT_EQ(grid->levels(), 4u);  // 70, 35, 18 and 9 voxels
+    EXPECT_EQ(&grid->level(9), &grid->level(3));
+    EXPECT_EQ(grid->bytes(), atOnce->bytes());
+    const GridShape& shape = grid->shape();
+    const double mostRounding = 1e-6 * 3;
+    for (uint32_t level = 1; level < grid->levels(); ++level) {
+      const VoxelGrid& coarse = grid->level(level);
+      const int side = 1 << level;
+      for (int z = coarse.shape().first[2]; z < coarse.shape().first[2] + coarse.shape().size[2]; ++z)
+        for (int y = coarse.shape().first[1]; y < coarse.shape().first[1] + coarse.shape().size[1]; ++y)
+          for (int x = coarse.shape().first[0]; x < coarse.shape().first[0] + coarse.shape().size[0]; ++x) {
+            double sum[3] = {0, 0, 0};
+            for (int i = 0; i < side * side * side; ++i) {
+              const double at[3] = {double(x * side + i % side), double(y * side + i / side % side),
+                                    double(z * side + i / side / side)};
+              float v[3] = {};
+              grid->lookUp(at, {}, v);
+              for (int c = 0; c < channels; ++c) sum[c] += double(v[c]);
+            }
+            const double at[3] = {double(x), double(y), double(z)};
+            float v[3] = {}, same[3] = {};
+            coarse.lookUp(at, {}, v);
+            atOnce->level(level).lookUp(at, {}, same);
+            for (int c = 0; c < channels; ++c) {
+              ASSERT_NEAR(double(v[c]), sum[c] / (side * side * side), mostRounding) << level;
+              ASSERT_EQ(v[c], same[c]);
+            }
+          }
+      // the middle of a voxel is that of those which it is the mean of
+      for (int k = 0; k < 3; ++k) {
+        const float world[3] = {1.5f, -2.25f, 4};
+        double fine[3], own[3];
+        grid->toIndex(world, fine);
+        coarse.toIndex(world, own);
+        EXPECT_DOUBLE_EQ(own[k], (fine[k] + 0.5) / side - 0.5) << shape.size[k];
+      }
+    }
+  }
+  // what is small has one level
+  EXPECT_EQ(linearGrid(1, {0, 0, 0}, {8, 6, 4})->levels(), 1u);
 }
 
 TEST(VoxelGrid, ShapesThatAreNotBelieved) {

@@ -36,32 +36,52 @@ VoxelStore::~VoxelStore() {
   if (file_ >= 0) ::close(file_);
 }
 
-float* VoxelStore::add(size_t floats) {
+float* VoxelStore::add(size_t floats, uint32_t level) {
   const uint64_t bytes = floats * sizeof(float);
-  // half of the bound may be taken by what stays, so that the other half is left for what comes and goes
-  const bool stays = !most_ || !failure_.empty() || (!base_ && slabBytes_ + bytes <= most_ / 2);
+  // Half of the bound may be taken by what stays, so that the other half is left for what comes and goes. A quarter of
+  // that half is kept for levels above the first coarse one, which are 1 / 56 of their grids.
+  const uint64_t mostFine = most_ / 8 * 3;
+  const bool isFine = level < 2;
+  const bool fits = slabBytes_ + bytes <= most_ / 2 && (!isFine || fineBytes_ + bytes <= mostFine);
+  const bool stays = !most_ || !failure_.empty() || (fits && (!base_ || !isFine));
   if (!stays && bytes <= kSegment && (base_ || openFile())) {
-    // no piece lies across the border of two chunks unless it is larger than one
-    const uint64_t left = kChunk - used_ % kChunk;
-    if (bytes > left && left < kChunk) used_ += left;
-    if (used_ + bytes <= length_ || growFile()) {
-      float* const at = reinterpret_cast<float*>(base_ + used_);
+    Room own;
+    Room& room = level ? coarse_[isFine ? 0 : 1] : own;
+    const uint64_t asked = level ? std::max(bytes, kChunk) : bytes;
+    if (room.bytes < bytes) room = {addToFile(asked), asked};
+    if (room.at) {
+      float* const at = room.at;
+      room.at += floats;
+      room.bytes -= bytes;
       for (uint64_t x = 0; x < bytes; x += kChunk) use(at + x / sizeof(float));
-      used_ += bytes;
       return at;
     }
+    room = {};
   }
   memory_.add(bytes);
   slabs_.push_back(std::make_unique_for_overwrite<float[]>(floats));
   slabBytes_ += bytes;
+  if (isFine) fineBytes_ += bytes;
   return slabs_.back().get();
+}
+
+float* VoxelStore::addToFile(uint64_t bytes) {
+  // no piece lies across the border of two chunks unless it is larger than one
+  const uint64_t left = kChunk - used_ % kChunk;
+  if (bytes > left && left < kChunk) used_ += left;
+  if (used_ + bytes > length_ && !growFile()) return nullptr;
+  float* const at = reinterpret_cast<float*>(base_ + used_);
+  used_ += bytes;
+  return at;
 }
 
 void VoxelStore::release(const Mark& mark) {
   slabs_.resize(mark.slabs);
   memory_.set(memory_.bytes() - (slabBytes_ - mark.slabBytes));
   slabBytes_ = mark.slabBytes;
+  fineBytes_ = mark.fineBytes;
   used_ = mark.used;
+  for (Room& room : coarse_) room = {};  // the chunk may have been given back
 }
 
 bool VoxelStore::openFile() {
@@ -84,7 +104,7 @@ bool VoxelStore::openFile() {
   const uintptr_t first = reinterpret_cast<uintptr_t>(at), begin = (first + kChunk - 1) / kChunk * kChunk;
   if (begin > first) ::munmap(at, begin - first);
   if (begin < first + kChunk) ::munmap(reinterpret_cast<void*>(begin + kReach), first + kChunk - begin);
-  const uint64_t window = std::max(kLeast, most_ - std::min(most_, slabBytes_));
+  const uint64_t window = std::max(kLeast, most_ - most_ / 2);
   memory_.add(window + kReach / kChunk);
   chunks_ = std::make_unique<std::atomic<uint8_t>[]>(kReach / kChunk);
   mostChunks_ = window / kChunk;

@@ -24,14 +24,15 @@ class VoxelStore {
   VoxelStore& operator=(const VoxelStore&) = delete;
 
   // Room for so many numbers, not initialised, for the life of the store. One thread at a time. Throws MemoryExceeded
-  // or bad_alloc.
-  float* add(size_t floats);
+  // or bad_alloc. level: of the grid that they belong to, 0 being the finest. The coarse ones are what most lookups of a
+  // grid that does not fit read: room in memory is kept for them, and in the file they lie apart from the finest.
+  float* add(size_t floats, uint32_t level = 0);
   // Gives back all that was added since mark(), whose addresses nobody holds any more. Between calls of add().
   struct Mark {
     size_t slabs;
-    uint64_t slabBytes, used;
+    uint64_t slabBytes, used, fineBytes;
   };
-  Mark mark() const { return {slabs_.size(), slabBytes_, used_}; }
+  Mark mark() const { return {slabs_.size(), slabBytes_, used_, fineBytes_}; }
   void release(const Mark& mark);
   // Before a number that add() gave is read or written: what lies in the file and was let go counts as being in memory
   // again. Thread-safe.
@@ -59,6 +60,8 @@ class VoxelStore {
   enum : uint8_t { kOut, kUsed, kOld };  // old: in memory, not used since the hand of the clock came by
   static constexpr uint64_t kReach = uint64_t(1) << 38, kSegment = uint64_t(64) << 20;
 
+  // Room in a file of so much, of a piece; null: there is none.
+  float* addToFile(uint64_t bytes);
   bool openFile();
   bool growFile();
   void comeIn(size_t chunk);
@@ -68,10 +71,15 @@ class VoxelStore {
   const std::string folder_;
   std::string failure_;
   std::vector<std::unique_ptr<float[]>> slabs_;
-  uint64_t slabBytes_ = 0;
-  uintptr_t base_ = 0;  // of the mapped file; 0: there is none
+  uint64_t slabBytes_ = 0, fineBytes_ = 0;  // in memory; of finest levels among them
+  uintptr_t base_ = 0;                      // of the mapped file; 0: there is none
   int file_ = -1;
   uint64_t length_ = 0, used_ = 0;  // of the file
+  struct Room {
+    float* at = nullptr;
+    uint64_t bytes = 0;
+  };
+  Room coarse_[2];  // what is left of chunks of the file for levels 1, and for coarser ones
   std::unique_ptr<std::atomic<uint8_t>[]> chunks_;
   uint64_t mostChunks_ = 0;  // in memory
   std::atomic<uint64_t> inside_{0}, cameIn_{0}, wentOut_{0}, mostInside_{0};

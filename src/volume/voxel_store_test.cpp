@@ -32,7 +32,9 @@ std::unique_ptr<VoxelGrid> largeGrid(std::shared_ptr<VoxelStore> store) {
   for (uint32_t b = 0; b < shape.brickCount(); b += 3) {
     float* const to = grid->addBrick(b);
     for (uint32_t i = 0; i < uint32_t(GridShape::kVoxels); ++i) to[i] = float(hashed(b * 512 + i) >> 8);
+    grid->coarsen(b);
   }
+  grid->coarsen(shape.brickCount());
   return grid;
 }
 // Of lookups at random places, and in a row.

@@ -153,6 +153,48 @@ TEST(MediaLights, FireIsFoundAlikeBySamplesAndByChance) {
 // A slab whose edge a constant velocity carries over the picture's middle during the shutter: what a pixel sees is the
 // share of the time for which it is covered. By a constant, by a grid, by three grids; with the shutter open before and
 // after the time of the grids.
+// A ball under a flame: by samples of lights and by chance it is lit by what its linking says, once some list calls the
+// flame by name; else by all that glows.
+TEST(MediaLights, FireIsLinkedWhereItIsCalledByName) {
+  const std::string flames =
+      "AttributeBegin Attribute \"grouping\" \"string membership\" [\"flames\"]\nAttribute \"identifier\" \"string "
+      "name\" "
+      "[\"torch\"]\nAttribute \"visibility\" \"int camera\" [0]\n" +
+      volumeMaterial("\"float densityFloat\" [0] \"color emitColor\" [1 1 1]") +
+      "Volume \"box\" [-0.5 0.5 0.3 1 3 4] [0 0 0]\nAttributeEnd\n"
+      "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\nTranslate 0 -9 4 Light \"PxrSphereLight\" "
+      "\"lamp\" "
+      "\"float intensity\" [0.001] AttributeEnd\n";
+  const std::string calling =
+      "AttributeBegin Attribute \"lighting\" \"string subset\" [\"flames\"]\nTranslate 50 0 4 Sphere 1 -1 1 360\n"
+      "AttributeEnd\n";
+  for (const int samples : {1, 0}) {
+    const auto lit = [&](const std::string& linking, const std::string& others) {
+      RenderRequest r;
+      r.rib = orthographic(8, 0.3, samples ? 64 : 256) +
+              unbiased(1, "\"int numLightSamples\" [" + std::to_string(samples) + "]") +
+              "Translate 0 0.8 0\nWorldBegin\n" + flames + others + linking + kDarkFloor + "WorldEnd\n";
+      SceneRender render(r);
+      for (const std::string& m : render.messages()) ADD_FAILURE() << m;
+      return render.ok() ? overPixels(render.channel("Ci")).mean() : -1;
+    };
+    SCOPED_TRACE(samples);
+    const auto subset = [](const std::string& names, const char* which = "subset") {
+      return std::string("Attribute \"lighting\" \"string ") + which + "\" [\"" + names + "\"]\n";
+    };
+    const double all = lit("", "");
+    EXPECT_GT(all, 0.01);
+    const double tolerance = 0.1 * all;  // the lamp is faint, and a noise of a few percent remains
+    EXPECT_NEAR(lit(subset("lamp"), ""), all, tolerance) << "nobody calls it by name";
+    EXPECT_NEAR(lit(subset("flames"), ""), all, tolerance);
+    EXPECT_NEAR(lit(subset("lamp torch"), ""), all, tolerance);
+    EXPECT_NEAR(lit("", calling), all, tolerance);
+    EXPECT_NEAR(lit(subset("lamp"), calling), 0, 1e-3 * all);
+    EXPECT_NEAR(lit(subset("flames", "excludesubset"), ""), 0, 1e-3 * all);
+    EXPECT_NEAR(lit(subset("torch", "excludesubset"), ""), 0, 1e-3 * all);
+  }
+}
+
 TEST(MediaLights, VelocitiesCarryGridsThroughTheShutter) {
   const std::string ones = " [2 1 1] \"varying float density\" [50 50]";
   for (const auto& [name, velocity, grids] : std::vector<std::array<std::string, 3>>{

@@ -149,6 +149,10 @@ std::string send(const std::string& path, const std::string& which, GridWriter& 
   const size_t channels = size_t(shape.channels), floats = size_t(GridShape::kVoxels) * channels;
   std::vector<float> brick(floats);
   uint32_t at = 0, records = 0;
+  // The library keeps each brick that it has been asked for until the file is closed. Opened anew, it reads where bricks
+  // are and no brick.
+  constexpr uint64_t kMostHeld = uint64_t(256) << 20;
+  uint64_t held = 0;
   int place[3];
   for (place[2] = 0; place[2] < shape.bricks(2); ++place[2])
     for (place[1] = 0; place[1] < shape.bricks(1); ++place[1])
@@ -166,6 +170,12 @@ std::string send(const std::string& path, const std::string& which, GridWriter& 
                       isConstant ? bytes : floats * sizeof(float));
         ++records;
         if (!writer.isGood()) return "";
+        held += floats * sizeof(float);
+        if (held < kMostHeld) continue;
+        held = 0;
+        input->close();
+        OIIO::ImageSpec again;
+        if (!input->open(path, again) || !input->seek_subimage(number, 0)) return reasonOf(input->geterror());
       }
   writer.record(GridRecord::End, records, nullptr, 0);
   return "";
@@ -176,8 +186,9 @@ bool sendFile(const std::string& path, const std::string& which, int descriptor)
   std::string why;
   try {
     OIIO::attribute("threads", 1);
-    // the library would copy files to a temporary folder and read of the copy what is asked for
-    ::setenv("OPENVDB_DISABLE_DELAYED_LOAD", "1", 1);
+    // bricks are read of the file when they are asked for, not of a copy in a temporary folder
+    ::unsetenv("OPENVDB_DISABLE_DELAYED_LOAD");
+    ::setenv("OPENVDB_DELAYED_LOAD_COPY_MAX_BYTES", "0", 1);
     why = send(path, which, writer);
   } catch (const std::bad_alloc&) {
     why = kTooLarge;
