@@ -230,7 +230,7 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
     const I e = guides.find(Vec3<W>::load(c.P, i));
     e.store(entry + i);
     const Mask<W> here = Guides<W>::isKnown(e);
-    any = any | Guides<W>::isOn(e);
+    if (depth || state.isTried) any = any | Guides<W>::isOn(e);
     known = known | here;
     if (here.none()) continue;
     const I region = select(here, Guides<W>::regionOf(e), I(0));

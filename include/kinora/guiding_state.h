@@ -105,7 +105,9 @@ struct State {
   uint32_t lightWeights, lightSums;  // by region and cluster: Group::lightWeights; two numbers that they come from
   uint32_t lessons;
   uint32_t isIdle;  // 1: guiding pays nowhere, and nothing more is learned
-  float seen;       // what a path brings to its pixel, in the mean
+  uint32_t
+      isTried;  // 1: what pays is known; until then camera hits are left alone, whose directions are well stratified
+  float seen;   // what a path brings to its pixel, in the mean
   const uint32_t* at(uint32_t offset) const { return reinterpret_cast<const uint32_t*>(this) + offset; }
   const float* floats(uint32_t offset) const { return reinterpret_cast<const float*>(this) + offset; }
   float* floats(uint32_t offset) { return reinterpret_cast<float*>(this) + offset; }
@@ -395,7 +397,8 @@ class Teacher {
           (sums[State::kSeen] + kSeenPrior * next->seen) / (sums[State::kSeenLessons] + kSeenPrior);
     }
     halveAll(*next, angle);
-    next->isIdle = !o_.lights && s_.lastSample >= o_.firstOff && paysNowhere(*next);
+    next->isTried = s_.lastSample >= o_.firstOff;
+    next->isIdle = !o_.lights && next->isTried && paysNowhere(*next);
     uint32_t* tree = const_cast<uint32_t*>(next->at(next->tree));
     for (uint32_t e = 0; e < entries_; ++e) {
       if ((tree_[e] & kLeaf) && isKnown(*next, tree_[e] & kRegion)) {
