@@ -1,8 +1,9 @@
 #include "rib/writer.h"
 
-#include <charconv>
 #include <map>
 #include <set>
+
+#include "rib/words.h"
 
 namespace kinora::rib {
 
@@ -21,26 +22,9 @@ class Writer {
   // ---- words
   template <class T>
   void number(T v) {
-    char buffer[40];
-    const auto r = std::to_chars(buffer, buffer + sizeof buffer, v);  // the shortest that reads back to the same bits
-    text_.append(buffer, r.ptr);
-    if (v == 0 && std::string_view(buffer, r.ptr) == "-0") text_ += '.';  // as an integer it would lose its sign
+    appendNumber(v, text_);
   }
-  void string(std::string_view s) {
-    text_ += '"';
-    for (const char c : s) {
-      if (c == '"' || c == '\\')
-        text_ += '\\', text_ += c;
-      else if (c == '\n')
-        text_ += "\\n";
-      else if (static_cast<unsigned char>(c) < 32) {
-        const char octal[] = {'\\', char('0' + (c >> 6)), char('0' + ((c >> 3) & 7)), char('0' + (c & 7)), 0};
-        text_ += octal;
-      } else
-        text_ += c;
-    }
-    text_ += '"';
-  }
+  void string(std::string_view s) { appendString(s, text_); }
   template <class T>
   void array(const T& values) {
     text_ += " [";

@@ -3,7 +3,7 @@
 #include "rib/ri/stream.h"
 
 // KINORA_RI(RiName, last, (its arguments), their declarations) { ... } defines RiNameV, whose body sees n, tokens and
-// values (`given`), and RiName, which takes pairs behind `last` and calls it.
+// values, and RiName, which takes pairs behind `last` and calls it.
 #define KINORA_RI_WORDS(...) __VA_ARGS__
 #define KINORA_RI_OF(RESULT, NAME, LAST, ARGUMENTS, ...)                                      \
   RESULT NAME(__VA_ARGS__, ...) {                                                             \

@@ -1,9 +1,10 @@
 #include "rib/ri/stream.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "rib/words.h"
 
 namespace kinora::rib::ri {
 
@@ -69,22 +70,11 @@ void Stream::numberText(T v) {
       text_ += std::isnan(v) ? "0" : v > 0 ? "1e38" : "-1e38";
       return;
     }
-  char buffer[40];
-  text_.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, v).ptr);
+  appendNumber(v, text_);
   if (text_.size() > kFlush) print({});
 }
 
-void Stream::quoted(const char* text) {
-  text_ += '"';
-  for (const char* c = text ? text : ""; *c; ++c) {
-    if (*c == '"' || *c == '\\') text_ += '\\';
-    if (*c == '\n')
-      text_ += "\\n";
-    else
-      text_ += *c;
-  }
-  text_ += '"';
-}
+void Stream::quoted(const char* text) { appendString(text ? text : "", text_); }
 
 Stream& Stream::word(const char* text) {
   text_ += ' ';
