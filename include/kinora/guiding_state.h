@@ -105,9 +105,9 @@ struct State {
   uint32_t lightWeights, lightSums;  // by region and cluster: Group::lightWeights; two numbers that they come from
   uint32_t lessons;
   uint32_t isIdle;  // 1: guiding pays nowhere, and nothing more is learned
-  uint32_t
-      isTried;  // 1: what pays is known; until then camera hits are left alone, whose directions are well stratified
-  float seen;   // what a path brings to its pixel, in the mean
+  // 1: what pays is known; until then camera hits are left alone, whose directions are well stratified
+  uint32_t isTried;
+  float seen;  // what a path brings to its pixel, in the mean
   const uint32_t* at(uint32_t offset) const { return reinterpret_cast<const uint32_t*>(this) + offset; }
   const float* floats(uint32_t offset) const { return reinterpret_cast<const float*>(this) + offset; }
   float* floats(uint32_t offset) { return reinterpret_cast<float*>(this) + offset; }
