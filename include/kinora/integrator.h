@@ -300,6 +300,17 @@ struct ObjectHits {
   uint32_t nearestOnly = 0;  // in, 1: nothing is looked for when there is no more room; `beyond` stays 0
 };
 
+// Convex regions that a surface does not reach into, by place; see Services::freeRegions. What a ball and a second, larger
+// one beside the surface have in common: with y = x - center, points x of a region have |y| < radius and
+// dot(y, normal) + curvature * dot(y, y) < offset. Render space.
+struct FreeRegions {
+  float* center[3];
+  float* radius;     // 0: nothing is known, and the others are not set
+  float* normal[3];  // unit; 0, with an offset of 1, where the first ball is all free
+  float* curvature;  // not negative; half of one over the second ball's radius, 0: it is a half-space
+  float* offset;
+};
+
 // What happened to paths below a surface that did not come out as they should, see Services::noteBelow.
 enum class BelowSurface : uint32_t {
   Open,    // nothing of the object lay below: it is not closed, or has no inside (curves)
@@ -485,11 +496,12 @@ struct Services {
   // whatever presence, visibility and other objects have to say; or on the members of a set of objects, as far as
   // these are seen by indirect rays.
   void (*hitsOnObject)(Group*, const Context*, uint32_t n, const uint32_t* points, const Rays* rays, ObjectHits*);
-  // Of n places P (render space) in the objects of the listed points: radii of spheres that the surface of that object
-  // does not reach into, so that what stays within meets nothing of it. 0 where none is known: close to the surface,
-  // and in objects that move or are no triangles. What is much farther than `reach` (render units) is not looked for.
-  void (*freeRadii)(Group*, const Context*, uint32_t n, const uint32_t* points, const float* const P[3],
-                    const float* reach, float* radius);
+  // Of n places P (render space) in the objects of the listed points: regions around them that the surface of that
+  // object does not reach into, so that a way from P that ends in its region meets nothing of it. None is known very close
+  // to the surface, and in objects that move or are no triangles. What is much farther than `reach` (render units) is
+  // not looked for.
+  void (*freeRegions)(Group*, const Context*, uint32_t n, const uint32_t* points, const float* const P[3],
+                      const float* reach, FreeRegions* out);
   // releaseMemory() lets go of all memory and contexts made since the mark was taken; marks nest. A loop that needs
   // only its last vertex keeps within the cache that way.
   MemoryMark (*markMemory)(Group*);

@@ -140,28 +140,27 @@ class PathsBelow {
   struct Walkers {
     uint32_t count = 0;
     float *P[3], *d[3], *beta[3], *time, *flight;
-    float *middle[3], *room;      // a sphere that the surface does not reach into
+    // a region that the surface does not reach into, as in FreeRegions; radius 0: none that they are in
+    float *center[3], *radius, *normal[3], *curvature, *offset;
     uint32_t *point, *step;       // flights so far
     uint32_t* address;            // of random numbers, but for the event
     uint32_t *boundary, *within;  // whether the last event was the boundary; in how many of the joined parts it is
   };
   struct Walker {
-    Vec3<W> P, d, middle;
+    Vec3<W> P, d;
     Rgb<W> beta;
-    F time, room;
+    F time;
     I point, step, boundary, within, address;
     static KN_INLINE Walker load(const Walkers& w, uint32_t i) {
-      return {Vec3<W>::load(w.P, i),   Vec3<W>::load(w.d, i), Vec3<W>::load(w.middle, i), Rgb<W>::load(w.beta, i),
-              F::load(w.time + i),     F::load(w.room + i),   I::load(w.point + i),       I::load(w.step + i),
+      return {Vec3<W>::load(w.P, i),   Vec3<W>::load(w.d, i), Rgb<W>::load(w.beta, i),
+              F::load(w.time + i),     I::load(w.point + i),  I::load(w.step + i),
               I::load(w.boundary + i), I::load(w.within + i), I::load(w.address + i)};
     }
     KN_INLINE void store(Walkers& w, uint32_t i) const {
       P.store(w.P, i);
       d.store(w.d, i);
-      middle.store(w.middle, i);
       beta.store(w.beta, i);
       time.store(w.time + i);
-      room.store(w.room + i);
       point.store(w.point + i);
       step.store(w.step + i);
       boundary.store(w.boundary + i);
@@ -172,15 +171,34 @@ class PathsBelow {
     KN_INLINE void pack(const Packer<W>& k, Walkers& w) const {
       P.pack(k, w.P, w.count);
       d.pack(k, w.d, w.count);
-      middle.pack(k, w.middle, w.count);
       beta.pack(k, w.beta, w.count);
       k.put(time, w.time + w.count);
-      k.put(room, w.room + w.count);
       k.put(point, w.point + w.count);
       k.put(step, w.step + w.count);
       k.put(boundary, w.boundary + w.count);
       k.put(within, w.within + w.count);
       k.put(address, w.address + w.count);
+    }
+  };
+  // Of one walker: where it may fly without a ray.
+  struct Region {
+    Vec3<W> center, normal;
+    F radius, curvature, offset;
+    static KN_INLINE Region load(const Walkers& w, uint32_t i) {
+      return {Vec3<W>::load(w.center, i), Vec3<W>::load(w.normal, i), F::load(w.radius + i), F::load(w.curvature + i),
+              F::load(w.offset + i)};
+    }
+    KN_INLINE void pack(const Packer<W>& k, Walkers& w) const {
+      center.pack(k, w.center, w.count);
+      normal.pack(k, w.normal, w.count);
+      k.put(radius, w.radius + w.count);
+      k.put(curvature, w.curvature + w.count);
+      k.put(offset, w.offset + w.count);
+    }
+    KN_INLINE Mask<W> holds(Vec3<W> x) const {
+      const Vec3<W> from = x - center;
+      const F square = dot(from, from);
+      return (square < radius * radius) & (fma(curvature, square, dot(from, normal)) < offset);
     }
   };
   Walkers makeWalkers(uint32_t n) const;
@@ -227,7 +245,7 @@ class PathsBelow {
   float* backBeta_[3];
   // of profiles, by term, channel and point: the length of the density, and dipoles
   float *spread_[kMaxSubsurfaceTerms][3], *dipole_[3][5];
-  static constexpr float kReach = 8;                       // mean free paths that spheres are asked for with
+  static constexpr float kReach = 8;                       // mean free paths that regions are asked for with
   static constexpr uint32_t kMostHits = 16;                // of a chord; of more the farthest are not seen
   static constexpr float kFarthest = 30;                   // of a profile, in lengths: 3e-5 of it are beyond
   static constexpr float kAxis[3] = {0.25f, 0.25f, 0.5f};  // shares of the two tangents and of the normal
@@ -322,7 +340,7 @@ void PathsBelow<W>::goBack(uint32_t point, const float beta[3], BelowSurface why
   lost_[uint32_t(why)][lostCount_[uint32_t(why)]++] = point;
 }
 
-// Walks are followed a flight at a time, all that are under way together. Where a sphere is known that the surface does
+// Walks are followed a flight at a time, all that are under way together. Where a region is known that the surface does
 // not reach into, flights that end within it need no ray. The others wait until they are many: lanes stay filled.
 template <int W>
 void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs& a) {
@@ -352,7 +370,7 @@ void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs&
     Rgb<W> beta(1.f);
     if (enters_) refractInto(Ng, p, d, beta);
     const Vec3<W> P = leave(Vec3<W>::gather(c.P, p), Ng, gather(c.bias, p), d);
-    const Walker x{P, d, P, beta, gather(c.time, p), F(0.f), p, I(0), I(1), I(1), addressOf(p)};
+    const Walker x{P, d, beta, gather(c.time, p), p, I(0), I(1), I(1), addressOf(p)};
     fly(x).store(waiting.flight + i);
     x.store(waiting, i);
   }
@@ -371,9 +389,10 @@ typename PathsBelow<W>::Walkers PathsBelow<W>::makeWalkers(uint32_t n) const {
     w.P[k] = floats(n);
     w.d[k] = floats(n);
     w.beta[k] = floats(n);
-    w.middle[k] = floats(n);
+    w.center[k] = floats(n);
+    w.normal[k] = floats(n);
   }
-  for (float** x : {&w.time, &w.room, &w.flight}) *x = floats(n);
+  for (float** x : {&w.time, &w.flight, &w.radius, &w.curvature, &w.offset}) *x = floats(n);
   for (uint32_t** x : {&w.point, &w.boundary, &w.within, &w.step, &w.address}) *x = words(n);
   return w;
 }
@@ -497,15 +516,15 @@ template <int W>
 void PathsBelow<W>::flyFreely(Walkers& running, Walkers& waiting) {
   const MemoryMark mark = sv_->markMemory(g_);
   const uint32_t n = running.count;
-  // those whose sphere is too small ask for another one, about where they are
-  float *P[3] = {floats(n), floats(n), floats(n)}, *reach = floats(n), *room = floats(n);
+  // those that leave their region ask for another one, about where they are
+  float *P[3] = {floats(n), floats(n), floats(n)}, *reach = floats(n);
   uint32_t *point = words(n), *entry = words(n), asking = 0;
   for (uint32_t i = 0; i < n; i += W) {
     const Walker x = Walker::load(running, i);
     const F t = fly(x);
     t.store(running.flight + i);
-    const Vec3<W> end = fma(x.d, t, x.P) - x.middle;
-    const Mask<W> asks = Mask<W>::firstN(int(n - i < W ? n - i : W)) & !(dot(end, end) < x.room * x.room);
+    const Region own = Region::load(running, i);
+    const Mask<W> asks = Mask<W>::firstN(int(n - i < W ? n - i : W)) & !own.holds(fma(x.d, t, x.P));
     const Packer<W> pack(asks);
     x.P.pack(pack, P, asking);
     const F g = max(gather(below_.anisotropy, x.point), F(0.f));
@@ -515,22 +534,30 @@ void PathsBelow<W>::flyFreely(Walkers& running, Walkers& waiting) {
     pack.put(I::lanes(i), entry + asking);
     asking += uint32_t(pack.count);
   }
+  FreeRegions found{
+      {floats(n), floats(n), floats(n)}, floats(n), {floats(n), floats(n), floats(n)}, floats(n), floats(n)};
   if (below_.traceSet && *below_.traceSet)
-    for (uint32_t i = 0; i < asking; ++i) room[i] = 0;
+    for (uint32_t i = 0; i < asking; ++i) found.radius[i] = 0;
   else
-    sv_->freeRadii(g_, c_, asking, point, P, reach, room);
+    sv_->freeRegions(g_, c_, asking, point, P, reach, &found);
   for (uint32_t i = 0; i < asking; ++i) {
     const uint32_t e = entry[i];
-    for (int k = 0; k < 3; ++k) running.middle[k][e] = P[k][i];
-    running.room[e] = room[i];
+    for (int k = 0; k < 3; ++k) {
+      running.center[k][e] = found.center[k][i];
+      running.normal[k][e] = found.normal[k][i];
+    }
+    running.radius[e] = found.radius[i];
+    running.curvature[e] = found.curvature[i];
+    running.offset[e] = found.offset[i];
   }
   uint32_t open = 0;
   for (uint32_t i = 0; i < n; i += W) {
     Walker x = Walker::load(running, i);
     const F t = F::load(running.flight + i);
-    const Vec3<W> to = fma(x.d, t, x.P), end = to - x.middle;
+    const Region own = Region::load(running, i);
+    const Vec3<W> to = fma(x.d, t, x.P);
     const Mask<W> all = Mask<W>::firstN(int(n - i < W ? n - i : W));
-    const Mask<W> free = all & (dot(end, end) < x.room * x.room);
+    const Mask<W> free = all & own.holds(to);
     const Packer<W> packWaiting(all & !free);
     x.pack(packWaiting, waiting);
     packWaiting.put(t, waiting.flight + waiting.count);
@@ -541,6 +568,7 @@ void PathsBelow<W>::flyFreely(Walkers& running, Walkers& waiting) {
     const Packer<W> pack(scatter(x, Mask<W>(false), free));
     running.count = open;
     x.pack(pack, running);
+    own.pack(pack, running);
     open += uint32_t(pack.count);
   }
   running.count = open;
@@ -628,6 +656,7 @@ void PathsBelow<W>::meetSurface(Walkers& waiting, Walkers& running) {
     if (in.none()) continue;
     const Packer<W> pack(scatter(x, met, in));
     x.pack(pack, running);
+    pack.put(F(0.f), running.radius + running.count);
     running.count += uint32_t(pack.count);
   }
   padPoints(running.count, running.point);

@@ -218,7 +218,9 @@ struct InnerNode {
 // Two siblings by lane, from the first one's index.
 template <int W>
 struct PairWords {
-  Float<W> words[16];
+  union {
+    Float<W> words[16];  // all are set: not to zero first
+  };
   KN_INLINE PairWords(const TreeNode* nodes, Int<W> at) {
     alignas(64) uint32_t node[W];
     at.store(node);
@@ -271,9 +273,17 @@ struct Links {
 // Probabilities of the top nodes.
 template <int W>
 struct Top {
-  Float<W> p[light::kMostTop];
-  Mask<W> byPower[light::kMostTop];
-  Float<W> plain[light::kMostTop], plainTotal;  // importances without factors
+  // of as many as the tree has: the arrays are not to be set to zero first
+  union {
+    Float<W> p[light::kMostTop];
+  };
+  union {
+    Mask<W> byPower[light::kMostTop];
+  };
+  union {
+    Float<W> plain[light::kMostTop];  // importances without factors
+  };
+  Float<W> plainTotal;
   KN_INLINE Top(const ChooseArgs& a, const Receiver<W>& r, const Links<W>& links, const Slots<W>& s) {
     using F = Float<W>;
     const LightTree& tree = *a.tree;

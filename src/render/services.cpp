@@ -134,9 +134,9 @@ struct Worker::Calls {
                            ObjectHits* out) {
     of(g).state_.hitsOnObject(c, n, points, *rays, out);
   }
-  static void freeRadii(Group* g, const Context* c, uint32_t n, const uint32_t* points, const float* const P[3],
-                        const float* reach, float* radius) {
-    of(g).state_.freeRadii(c, n, points, P, reach, radius);
+  static void freeRegions(Group* g, const Context* c, uint32_t n, const uint32_t* points, const float* const P[3],
+                          const float* reach, FreeRegions* out) {
+    of(g).state_.freeRegions(c, n, points, P, reach, out);
   }
   static void noteBelow(Group* g, const Context* c, uint32_t n, const uint32_t* points, BelowSurface what) {
     of(g).state_.noteBelow(c, n, points, what);
@@ -287,7 +287,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.shadeVertices = &Calls::shadeVertices;
   s.makeVertices = &Calls::makeVertices;
   s.hitsOnObject = &Calls::hitsOnObject;
-  s.freeRadii = &Calls::freeRadii;
+  s.freeRegions = &Calls::freeRegions;
   s.noteBelow = &Calls::noteBelow;
   s.emitLight = &Calls::emitLight;
   s.lightEnds = &Calls::lightEnds;

@@ -231,8 +231,8 @@ class GroupState {
   // shader says how the surface lies.
   bool displace(uint32_t n, const SurfacePlaces& places, const float* const P[3], const float* const N[3],
                 float* const offset[3], float* const normal[3]);
-  void freeRadii(const Context* c, uint32_t n, const uint32_t* points, const float* const P[3], const float* reach,
-                 float* radius);
+  void freeRegions(const Context* c, uint32_t n, const uint32_t* points, const float* const P[3], const float* reach,
+                   FreeRegions* out);
   void hitsOnObject(const Context* c, uint32_t n, const uint32_t* points, const Rays& rays, ObjectHits* out);
   void noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what);
   // group_walks.cpp

@@ -160,11 +160,11 @@ class World {
                const Draws& draws = {}) const;
   // On one body each, by slot (see bodyOf), of surfaces that are seen by kAskedAlone, as if there were nothing else.
   void closestOn(const Rays& rays, const Hits& hits, const uint32_t* bodies, uint32_t n, const uint32_t* slots) const;
-  // By place p (render space): the radius of a sphere around it that the surface of a placed shape does not reach
-  // into; 0 where none is known: near it, and of shapes that move, of curves, user geometry and solids. What is much
-  // farther than `reach` is not looked for. Answers follow from the world and the place alone.
-  void freeRadii(uint32_t n, const uint32_t* instances, const uint32_t* geometries, const float* const p[3],
-                 const float* reach, float* radius) const;
+  // By place p (render space): a region around it that the surface of a placed shape does not reach into; none is known
+  // next to it, and of shapes that move, of curves, user geometry and solids. What is much farther than `reach` is not
+  // looked for. Answers follow from the world and the place alone.
+  void freeRegions(uint32_t n, const uint32_t* instances, const uint32_t* geometries, const float* const p[3],
+                   const float* reach, const FreeRegions& out) const;
   // A hit before it has a place in Hits.
   struct CollectedHit {
     uint32_t slot;  // of its ray

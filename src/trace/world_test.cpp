@@ -262,7 +262,7 @@ TEST(World, ShadowOfARayDoesNotDependOnOthersMoving) { expectShadowsAlone(true, 
 
 // Spheres that are said to be free of a surface hold no point of it; most places well inside have one, and a second
 // question has the same answer. What moves has none. Misses: places where rounding alone decides.
-TEST(World, FreeRadiiHoldNothingOfTheSurface) {
+TEST(World, FreeRegionsHoldNothingOfTheSurface) {
   const auto mesh = cube(12, 1, 0.15f);
   const scene::Matrix stretched = scene::Matrix().setScale(Imath::V3d(2, 0.5, 1)) *
                                   scene::Matrix().rotate(Imath::V3d(0.3, 0.7, 0.2)) *
@@ -313,7 +313,7 @@ TEST(World, FreeRadiiHoldNothingOfTheSurface) {
           toRender.point(&x.x, &y.x);
           surface.push_back(y);
         }
-    std::vector<float> P[3], reach(n), radius(n), again(n);
+    std::vector<float> P[3], reach(n);
     for (uint32_t i = 0; i < n; ++i) {
       const float inside[3] = {2.4f * unit() - 1.2f, 2.4f * unit() - 1.2f, 2.4f * unit() - 1.2f};
       float x[3];
@@ -323,28 +323,47 @@ TEST(World, FreeRadiiHoldNothingOfTheSurface) {
     }
     const float* const places[3] = {P[0].data(), P[1].data(), P[2].data()};
     const std::vector<uint32_t> instances(n, instance), geometries(n, geometry);
-    world->freeRadii(n, instances.data(), geometries.data(), places, reach.data(), radius.data());
-    world->freeRadii(n, instances.data(), geometries.data(), places, reach.data(), again.data());
-    EXPECT_EQ(radius, again);
-    uint32_t found = 0;
+    const auto asked = [&](uint32_t m, const float* const p[3], const float* r) {
+      std::vector<float> x(9 * size_t(m));
+      const auto of = [&](uint32_t k) { return x.data() + size_t(k) * m; };
+      world->freeRegions(m, instances.data(), geometries.data(), p, r,
+                         {{of(0), of(1), of(2)}, of(3), {of(4), of(5), of(6)}, of(7), of(8)});
+      return x;
+    };
+    const std::vector<float> x = asked(n, places, reach.data());
+    EXPECT_EQ(x, asked(n, places, reach.data()));
+    uint32_t found = 0, close = 0, cut = 0;
     for (uint32_t i = 0; i < n; ++i) {
-      if (!(radius[i] > 0)) continue;
+      const float radius = x[3 * n + i], curvature = x[7 * n + i], offset = x[8 * n + i];
+      if (!(radius > 0)) continue;
       ++found;
+      const Imath::V3f center(x[i], x[n + i], x[2 * n + i]), normal(x[4 * n + i], x[5 * n + i], x[6 * n + i]);
+      const auto holds = [&](const Imath::V3f& y) {
+        const Imath::V3f from = y - center;
+        return from.length() < radius && (from ^ normal) + curvature * from.length2() < offset;
+      };
+      const Imath::V3f place(P[0][i], P[1][i], P[2][i]);
+      ASSERT_TRUE(holds(place)) << "place " << i << " of instance " << instance;
       float least = INFINITY;
-      for (const Imath::V3f& y : surface)
-        least = std::min(least, (y - Imath::V3f(P[0][i], P[1][i], P[2][i])).length());
-      ASSERT_LE(radius[i], least) << "place " << i << " of instance " << instance;
+      for (const Imath::V3f& y : surface) {
+        ASSERT_FALSE(holds(y)) << "place " << i << " of instance " << instance;
+        least = std::min(least, (y - place).length());
+      }
+      close += least < 0.3f * reach[i];
+      cut += normal.length2() > 0;
     }
-    if (user == 3)
+    if (user == 3) {
       EXPECT_EQ(found, 0u);
-    else
-      EXPECT_GT(found, n / 2) << "instance " << instance;
+    } else {
+      EXPECT_GT(found, n / 3) << "instance " << instance;
+      EXPECT_GT(cut, n / 20) << "instance " << instance;
+      EXPECT_GT(close, 10u) << "instance " << instance;
+    }
     // lengths that are no numbers, and places beyond all cells
-    const float bad[4] = {0, NAN, 1e30f, 0.1f}, far[4] = {0, 0, 0, 1e12f}, none[4] = {0, 0, 0, 0};
+    const float bad[6] = {0, NAN, 1e30f, 0.1f, INFINITY, -1.f}, far[6] = {0, 0, 0, 1e12f, 0, 0}, none[6] = {};
     const float* const out[3] = {far, none, none};
-    float of[4];
-    world->freeRadii(4, instances.data(), geometries.data(), out, bad, of);
-    for (const float r : of) EXPECT_EQ(r, 0.f);
+    const std::vector<float> of = asked(6, out, bad);
+    for (uint32_t i = 0; i < 6; ++i) EXPECT_EQ(of[18 + i], 0.f);
   }
 }
 

@@ -6,8 +6,22 @@
 
 #ifndef KINORA_WIDE_ONCE
 #define KINORA_WIDE_ONCE
+#include <array>
 #include <cstdint>
 #include <cstring>
+namespace kinora {
+// By the bits of a mask of 8 lanes: which of them are set, in order, and then the others. For Packer below.
+inline constexpr std::array<uint8_t, 256 * 8> kPackedLanes = [] {
+  std::array<uint8_t, 256 * 8> lanes{};
+  for (uint32_t bits = 0; bits < 256; ++bits) {
+    uint32_t k = 8 * bits;
+    for (const bool isSet : {true, false})
+      for (uint8_t lane = 0; lane < 8; ++lane)
+        if ((bits >> lane & 1) == uint32_t(isSet)) lanes[k++] = lane;
+  }
+  return lanes;
+}();
+}  // namespace kinora
 #endif
 
 #if defined(KINORA_WIDE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -274,12 +288,19 @@ struct Packer {
   using DI = typename Int<W>::D;
   const int count;
   const decltype(hn::IndicesFromVec(DI(), hn::Zero(DI()))) order;
-  KN_INLINE explicit Packer(Mask<W> m)
-      : count(m.count()),
-        order(hn::IndicesFromVec(DI(), hn::Compress(hn::Iota(DI(), 0), hn::RebindMask(DI(), m.m)))) {}
+  KN_INLINE explicit Packer(Mask<W> m) : count(m.count()), order(hn::IndicesFromVec(DI(), inOrder(m))) {}
   KN_INLINE void put(Float<W> x, float* p) const { put(asInt(x), reinterpret_cast<int32_t*>(p)); }
   KN_INLINE void put(Int<W> x, int32_t* p) const { hn::StoreU(hn::TableLookupLanes(x.v, order), DI(), p); }
   KN_INLINE void put(Int<W> x, uint32_t* p) const { put(x, reinterpret_cast<int32_t*>(p)); }
+
+ private:
+  // Without the instruction for it, Highway's Compress() has a table that g++ 12 copies to the stack at each use.
+  static KN_INLINE hn::Vec<DI> inOrder(Mask<W> m) {
+    if constexpr (W == 8 && HWY_TARGET == HWY_AVX2)
+      return hn::PromoteTo(DI(), hn::LoadU(hn::Rebind<uint8_t, DI>(), &kPackedLanes[8 * size_t(m.bits())]));
+    else
+      return hn::Compress(hn::Iota(DI(), 0), hn::RebindMask(DI(), m.m));
+  }
 };
 
 // W indices into arrays by path slot. Groups whose paths all live list their slots in order: then arrays are loaded
