@@ -220,7 +220,8 @@ Context* GroupState::makeContext(const RayList& list, uint32_t programIndex, uin
       if (smooth) nn[k] = f();
       if (placed) ng[k] = f();
     }
-    h->surface.kernels().normals(h->surface.meshArgs(), raw, placed ? ng : nullptr, smooth ? nn : nullptr);
+    const SurfaceArgs& of = smooth ? h->surface.meshArgs() : h->surface.facetArgs();
+    h->surface.kernels().normals(of, raw, placed ? ng : nullptr, smooth ? nn : nullptr);
   }
   a.t = hits.t;
   a.reach = c->distance;

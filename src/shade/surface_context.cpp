@@ -16,10 +16,14 @@ void SurfacePoints::begin(GroupState& group, const Context* c, bool hasQuads) {
   args_.time = c->time;
   kernels_ = &surfaceKernels(group.world().width);
   args_.isByParameter = group.world().placesByParameter;
-  if (!hasQuads) return;
-  if (group.world().world->hasUserGeometry()) args_.facet = findFacets(group, args_);
+  quadsWait_ = hasQuads;
+  if (hasQuads && group.world().world->hasUserGeometry()) args_.facet = findFacets(group, args_);
+}
+
+void SurfacePoints::findQuads() {
+  quadsWait_ = false;
   float *u = floats(), *v = floats();
-  findQuadPlaces(group, args_, u, v);
+  findQuadPlaces(*group_, args_, u, v);
   args_.quad[0] = u;
   args_.quad[1] = v;
 }
@@ -33,6 +37,7 @@ float* SurfacePoints::floats() const { return group_->arena().make<float>(args_.
 
 const SurfaceArgs& SurfacePoints::withStrands() {
   strandsAsked_ = true;
+  meshArgs();
   const trace::World& w = *args_.world->world;
   if (!w.hasStrands()) return args_;
   const Program* program = ContextHost::of(c_).program;
@@ -82,7 +87,7 @@ void positionsAt(const Context* c, const float* time, float* const P[3]) {
 }
 
 void curvatureOf(const Context* c, float* out) {
-  const SurfacePoints& surface = ContextHost::of(c).surface;
+  SurfacePoints& surface = ContextHost::of(c).surface;
   surface.kernels().curvatures(surface.meshArgs(), out);
   // N of the mesh looks outward; seen from inside the surface bends the other way
   for (uint32_t i = 0; i < c->padded; ++i)

@@ -118,7 +118,12 @@ class SurfacePoints {
   void limitFootprints(float* radius) const;
   const SurfaceArgs& args() { return strandsAsked_ ? args_ : withStrands(); }
   // Triangles and quads only: for what strands know themselves, or have not.
-  const SurfaceArgs& meshArgs() const { return args_; }
+  const SurfaceArgs& meshArgs() {
+    if (quadsWait_) findQuads();
+    return args_;
+  }
+  // Of points that are asked for facets alone: places on quads are not there.
+  const SurfaceArgs& facetArgs() const { return args_; }
   const SurfaceKernels& kernels() const { return *kernels_; }
   const float* const* edge(int k) {
     if (!edges_[0][0]) findEdges();
@@ -130,6 +135,7 @@ class SurfacePoints {
 
  private:
   const SurfaceArgs& withStrands();
+  void findQuads();
   void findEdges();
   SurfaceArgs args_{};
   GroupState* group_ = nullptr;
@@ -137,6 +143,7 @@ class SurfacePoints {
   const SurfaceKernels* kernels_ = nullptr;
   float* edges_[2][3] = {};
   bool strandsAsked_ = false;
+  bool quadsWait_ = false;  // some points lie on quads, and nobody has asked where
 };
 
 // Parameters in their quads of the points of `a`; u is -1 where place is the triangle's own: on other triangles, and
