@@ -44,6 +44,19 @@ class CameraHits {
     services_->contribute(group_, &out);
   }
 
+  // A colour for every point: fill(context, rgb) has the rows of a context's points, all 0, to be filled.
+  template <class Fill>
+  void showAll(Fill&& fill) const {
+    for (uint32_t k = 0; k < contextCount; ++k) {
+      const Context& c = *contexts[k];
+      float* rgb[3] = {floats(c.padded), floats(c.padded), floats(c.padded)};
+      for (float* row : rgb)
+        for (uint32_t i = 0; i < c.padded; ++i) row[i] = 0;
+      fill(c, rgb);
+      show(c, rgb);
+    }
+  }
+
   float* floats(uint32_t n) const { return static_cast<float*>(services_->alloc(group_, n * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(services_->alloc(group_, n * sizeof(uint32_t))); }
 

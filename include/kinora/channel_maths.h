@@ -4,6 +4,7 @@
 #ifndef KINORA_CHANNEL_MATHS_BEFORE
 #define KINORA_CHANNEL_MATHS_BEFORE
 #include <kinora/channel_filter.h>
+#include <kinora/grade_params.h>
 #include <kinora/light_setup.h>
 #include <kinora/named_values.h>
 
@@ -27,21 +28,8 @@ struct ColorAndAlpha {
 
 inline constexpr Param kAov = param::string("aov", "Ci").help("Channel that is changed.");
 
-inline constexpr std::array kGradeParams = {
-    param::string("aov", "Ci").help("Channel that is graded."),
-    param::color("blackPoint", 0.f).help("Becomes black."),
-    param::color("whitePoint", 1.f).help("Becomes white."),
-    param::color("lift", 0.f).range(-1, 1).help("Added after the gain."),
-    param::color("gain", 1.f).range(0, 4).help("Factor."),
-    param::color("multiply", 1.f).range(0, 4).help("Factor."),
-    param::color("offset", 0.f).range(-1, 1).help("Added after the gain."),
-    param::color("gamma", 1.f)
-        .range(0.1f, 4)
-        .help("The colour becomes itself to the power 1 / gamma; 1 changes nothing."),
-    param::integer("clampBlack", 1).range(0, 1).options("0 off, 1 on").help("Cuts negative colours."),
-    param::integer("clampWhite", 0).range(0, 1).options("0 off, 1 on").help("Cuts colours above 1."),
-    param::color("mask", 1.f).help("0 keeps the colour, 1 grades it."),
-};
+inline constexpr auto kGradeParams =
+    joinParams(std::array{param::string("aov", "Ci").help("Channel that is graded.")}, gradeParams::kGrade);
 struct Grade {
   std::string aov;
   float black[3], scale[3], add[3], power[3], mask[3];

@@ -10,7 +10,6 @@ struct ManifoldOptions {
   uint32_t iterations = 20;    // Newton steps of a walk, those that were halved included
   bool findsAll = true;        // false: only what walks find that start straight towards the light; the rest is lost
   uint32_t mostTrials = 1000;  // after which a path counts as if it had been found again
-  bool withoutTerm = false;    // wrong on purpose: leaves out the ratio of densities, for tests that must notice
 };
 
 }  // namespace kinora

@@ -137,12 +137,9 @@ class TestLight {
     functions().sample(&a);
     if (flagsOut) *flagsOut = flags;
   }
-  // columns: 0..2 o, 5..7 d, 8 t; out 13..15 radiance, 16 pdf. Lanes that do not hit give 0.
-  void look(Rays& r) const {
-    std::vector<uint32_t> hit(r.a[0].size(), 1);
-    const void* light = data_;
+  LightRayArgs rayArgs(Rays& r) const {
     LightRayArgs a{};
-    a.light = &light;
+    a.light = &data_;
     a.count = r.n;
     for (int c = 0; c < 3; ++c) {
       a.o[c] = r.a[c].data();
@@ -152,8 +149,14 @@ class TestLight {
     a.time = r.a[23].data();
     a.t = r.a[8].data();
     a.pdf = r.a[16].data();
-    a.hit = hit.data();
     a.worldRadius = worldRadius;
+    return a;
+  }
+  // columns: 0..2 o, 5..7 d, 8 t; out 13..15 radiance, 16 pdf. Lanes that do not hit give 0.
+  void look(Rays& r) const {
+    std::vector<uint32_t> hit(r.a[0].size(), 1);
+    LightRayArgs a = rayArgs(r);
+    a.hit = hit.data();
     if (functions().intersect) functions().intersect(&a);
     functions().evaluate(&a);
     for (uint32_t i = 0; i < r.n; ++i)
@@ -162,19 +165,7 @@ class TestLight {
   }
   // evaluate alone, at the directions and distances that sample() made
   void evaluate(Rays& r) const {
-    const void* light = data_;
-    LightRayArgs a{};
-    a.light = &light;
-    a.count = r.n;
-    for (int c = 0; c < 3; ++c) {
-      a.o[c] = r.a[c].data();
-      a.d[c] = r.a[5 + c].data();
-      a.radiance[c] = r.a[13 + c].data();
-    }
-    a.time = r.a[23].data();
-    a.t = r.a[8].data();
-    a.pdf = r.a[16].data();
-    a.worldRadius = worldRadius;
+    const LightRayArgs a = rayArgs(r);
     functions().evaluate(&a);
   }
   // columns: 0..3 u; out 4..6 o, 7..9 d, 10..12 N, 13..15 radiance, 16 pdfPosition, 17 pdfDirection
@@ -286,8 +277,8 @@ inline std::vector<Vec> pointsAround(const TestLight& light, uint32_t n, double 
   return points;
 }
 
-// sample() and evaluate() agree about density and radiance at the directions sample() makes.
-inline void expectDensitiesAgree(const TestLight& light, const std::vector<Vec>& points, uint32_t each = 64) {
+// `each` samples from each point, and what evaluate() makes of their directions.
+inline Rays sampledAndEvaluated(const TestLight& light, const std::vector<Vec>& points, uint32_t each) {
   Rays r(uint32_t(points.size()) * each);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> u(0, 1 - 6e-8);
@@ -298,6 +289,12 @@ inline void expectDensitiesAgree(const TestLight& light, const std::vector<Vec>&
   }
   light.sample(r);
   light.evaluate(r);
+  return r;
+}
+
+// sample() and evaluate() agree about density and radiance at the directions sample() makes.
+inline void expectDensitiesAgree(const TestLight& light, const std::vector<Vec>& points, uint32_t each = 64) {
+  const Rays r = sampledAndEvaluated(light, points, each);
   uint32_t wrong = 0, sampled = 0;
   for (uint32_t i = 0; i < r.n; ++i) {
     if (!(r.a[12][i] > 0)) continue;

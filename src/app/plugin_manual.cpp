@@ -6,6 +6,7 @@
 
 #include "plugin/refused.h"
 #include "plugin/registry.h"
+#include "plugin/types.h"
 
 namespace kinora::app {
 
@@ -15,18 +16,6 @@ const char* nameOf(Type type) {
   static const char* const kNames[] = {"float",  "int",    "string", "color", "point",
                                        "vector", "normal", "matrix", "struct"};
   return size_t(type) < std::size(kNames) ? kNames[size_t(type)] : "unknown";
-}
-
-int componentsOf(Type type) {
-  switch (type) {
-    case Type::Color:
-    case Type::Point:
-    case Type::Vector:
-    case Type::Normal:
-      return 3;
-    default:
-      return 1;
-  }
 }
 
 std::string typeOf(const Param& p) { return std::string(nameOf(p.type)) + (p.flags & kParamArray ? "[]" : ""); }

@@ -114,7 +114,6 @@ class Film {
   // Raw state, for shards, checkpoints and adaptivity.
   int slots() const { return slots_; }    // integers a pixel
   int stride() const { return stride_; }  // from pixel to pixel, in integers
-  SlotRule slotRule(int slot) const { return rules_[size_t(slot)]; }
   int firstSlot(int channel) const { return firstSlot_[size_t(channel)]; }
   int firstSplatSlot(int channel) const { return firstSplatSlot_[size_t(channel)]; }  // -1: takes no splats
   const int64_t* pixel(int x, int y) const { return state_.get() + offsetOf(x, y); }

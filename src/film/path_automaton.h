@@ -38,7 +38,6 @@ class PathAutomaton {
   uint32_t userLobes(size_t expression) const { return userLobes_[expression]; }
   // True when the expression takes some path.
   bool matches(size_t expression) const { return matches_[expression] != 0; }
-  bool usesLabels() const { return !labels_.empty(); }
 
  private:
   uint32_t rawEvent(uint8_t types, int lobe, int surface, int name) const;

@@ -3,11 +3,11 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
+#include <kinora/exr_stream.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -28,33 +28,6 @@ using nlohmann::json;
 
 static_assert(std::endian::native == std::endian::little, "slices point at the halves of an int64");
 constexpr const char* kAttribute = "kinoraShard";
-
-// OpenEXR's own file stream forgets errors of the last flush; this one keeps the first.
-class ErrorKeepingStream : public Imf::OStream {
- public:
-  explicit ErrorKeepingStream(const std::string& path)
-      : Imf::OStream(path.c_str()), file_(std::fopen(path.c_str(), "wb")) {
-    if (!file_) error_ = errno;
-  }
-  ~ErrorKeepingStream() override { finish(); }
-  void write(const char c[], int n) override {
-    if (!error_ && std::fwrite(c, 1, size_t(n), file_) != size_t(n)) error_ = errno ? errno : EIO;
-    if (error_) throw Iex::IoExc("write failed");
-  }
-  uint64_t tellp() override { return file_ ? uint64_t(std::ftell(file_)) : 0; }
-  void seekp(uint64_t pos) override {
-    if (!error_ && std::fseek(file_, long(pos), SEEK_SET) != 0) error_ = errno;
-  }
-  int finish() {
-    if (file_ && std::fclose(file_) != 0 && !error_) error_ = errno;
-    file_ = nullptr;
-    return error_;
-  }
-
- private:
-  std::FILE* file_;
-  int error_ = 0;
-};
 
 std::string slotName(int slot, bool isHigh) {
   char name[32];
@@ -236,7 +209,7 @@ Status writeShard(const std::string& path, const Film& film, const ShardInfo& in
     for (int s = 0; s < film.slots(); ++s)
       for (const bool isHigh : {false, true}) header.channels().insert(slotName(s, isHigh), Imf::Channel(Imf::UINT));
     header.insert(kAttribute, Imf::StringAttribute(toJson(film, info).dump()));
-    ErrorKeepingStream stream(file.path());
+    ExrStream stream(file.path());
     try {
       Imf::OutputFile out(stream, header);
       // OpenEXR takes slices for writing as non-const; it only reads them

@@ -175,7 +175,6 @@ void LearnedState::endEpoch() {
   in_.learn(in_.integrator, &s);
   if (host.next) state_ = std::move(host.next);
   recordCount_ += count;
-  ++epochs_;
   host.scratch.clear();
   forget();
   if (epochFirst() >= samples_) parts_.assign(parts_.size(), Part());  // nothing more is learned

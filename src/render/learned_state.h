@@ -60,7 +60,6 @@ class LearnedState {
   uint64_t stateBytes() const { return state_ ? state_->bytes : 0; }
   uint64_t mostBytes() const { return mostBytes_; }  // that records and state have taken at a time
   uint64_t records() const { return recordCount_; }  // of all epochs
-  int epochs() const { return epochs_; }
 
  private:
   struct Address {
@@ -81,7 +80,7 @@ class LearnedState {
   void forget();
 
   Input in_;
-  int samples_ = 0, epochLast_ = 1, epochs_ = 0;
+  int samples_ = 0, epochLast_ = 1;
   uint64_t rate_ = 0;  // of the epoch's blocks, of 2^32
   std::vector<Part> parts_;
   std::optional<Block> state_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -11,6 +10,7 @@
 #include "rib/archive_search.h"
 #include "rib/interpreter.h"
 #include "rib/lexer.h"
+#include "rib/words.h"
 
 namespace kinora::rib {
 
@@ -99,25 +99,14 @@ class Ascii : public Encoder {
   }
   template <class T>
   static std::string number(T v) {
-    char buffer[40];
-    const auto r = std::to_chars(buffer, buffer + sizeof buffer, v);  // the shortest that reads back to the same bits
-    std::string text(buffer, r.ptr);
-    return text == "-0" ? "-0." : text;
+    std::string text;
+    appendNumber(v, text);
+    return text;
   }
-  static std::string quoted(const std::string& s) {
-    std::string text = "\"";
-    for (const char c : s) {
-      if (c == '"' || c == '\\')
-        text += '\\', text += c;
-      else if (c == '\n')
-        text += "\\n";
-      else if (static_cast<unsigned char>(c) < 32) {
-        const char octal[] = {'\\', char('0' + (c >> 6)), char('0' + ((c >> 3) & 7)), char('0' + (c & 7)), 0};
-        text += octal;
-      } else
-        text += c;
-    }
-    return text + '"';
+  static std::string quoted(std::string_view s) {
+    std::string text;
+    appendString(s, text);
+    return text;
   }
   size_t depth_ = 0, indent_ = 0, column_ = 0;
 };

@@ -38,6 +38,8 @@ struct Read {
   }
 };
 
+inline void expectClean(const Read& r) { EXPECT_TRUE(r.messages.empty()) << r.all(); }
+
 inline Read readRib(const std::vector<std::string>& texts, ReadOptions options = {}) {
   Read out;
   Diagnostics messages([](const std::string&, Severity) {});

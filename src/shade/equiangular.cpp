@@ -1,24 +1,9 @@
-#define KINORA_KERNEL_FILE "shade/equiangular.cpp"
 #include "shade/equiangular.h"
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/elementary.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-#if HWY_TARGET == HWY_AVX2
-float atan1(float x) { return atan(Float<1>(x)).lane0(); }
-float tan1(float x) { return tan(Float<1>(x)).lane0(); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 #include <algorithm>
 #include <cmath>
+
+#include "shade/one_lane.h"
 
 namespace kinora::shade {
 
@@ -40,12 +25,11 @@ EquiangularPoint seenFrom(const float o[3], const float d[3], const float p[3], 
 
 float angleAt(const EquiangularPoint& p, float t) {
   if (p.distance == kPointAtInfinity.distance) return t;
-  return N_AVX2::atan1((t - p.nearest) / p.distance);
+  return oneLane::atan((t - p.nearest) / p.distance);
 }
 float distanceAt(const EquiangularPoint& p, float angle) {
   if (p.distance == kPointAtInfinity.distance) return angle;
-  return p.nearest + p.distance * N_AVX2::tan1(angle);
+  return p.nearest + p.distance * oneLane::tan(angle);
 }
 
 }  // namespace kinora::shade
-#endif

@@ -1,28 +1,12 @@
 // Places on curves and points: parameters and their directions follow from the hit point and the control points,
 // because a round strand's hit says only how far along a piece it is.
-#define KINORA_KERNEL_FILE "shade/strand_place.cpp"
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
+#include "shade/one_lane.h"
 #include "shade/surface_points.h"
-#include <kinora/simd/foreach_target.h>
-#include <kinora/math/elementary.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
-#if HWY_TARGET == HWY_AVX2
-// our own arcs: the same bits with every C library
-float arcOf(float y, float x) { return atan2(Float<1>(y), Float<1>(x)).lane0(); }
-float arcsine(float x) { return asin(Float<1>(x)).lane0(); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 namespace kinora::shade {
 
 namespace {
@@ -159,7 +143,7 @@ StrandPlace placeOnStrand(const geometry::Mesh& m, uint32_t primitive, float s, 
       // the angle around the tube, from a direction that is the same for the whole curve
       const V axis = leastAxis(chordOf(m, keys, primitive));
       const V x = unit(axis - t * dot(axis, t), leastAxis(t)), y = cross(t, x);
-      const float angle = N_AVX2::arcOf(dot(off, y), dot(off, x)) / (2 * kPi);
+      const float angle = oneLane::atan2(dot(off, y), dot(off, x)) / (2 * kPi);
       on.uv[0] = angle < 0 ? angle + 1 : angle;
       du = unit(cross(t, off), x) * (2 * kPi * radius);
     } else {
@@ -172,9 +156,9 @@ StrandPlace placeOnStrand(const geometry::Mesh& m, uint32_t primitive, float s, 
     if (m.kind == geometry::Mesh::Kind::Ball) {
       // longitude and latitude about z, as on a Sphere
       const V d = unit(off, {0, 0, 1});
-      const float angle = N_AVX2::arcOf(d.y, d.x) / (2 * kPi);
+      const float angle = oneLane::atan2(d.y, d.x) / (2 * kPi);
       on.uv[0] = angle < 0 ? angle + 1 : angle;
-      on.uv[1] = 0.5f + N_AVX2::arcsine(std::clamp(d.z, -1.f, 1.f)) / kPi;
+      on.uv[1] = 0.5f + oneLane::asin(std::clamp(d.z, -1.f, 1.f)) / kPi;
       const float ring = std::sqrt(std::max(d.x * d.x + d.y * d.y, 1e-12f));
       du = V{-d.y, d.x, 0} * (2 * kPi * radius);
       dv = V{-d.x * d.z / ring, -d.y * d.z / ring, ring} * (kPi * radius);
@@ -207,4 +191,3 @@ StrandPlace placeOnStrand(const geometry::Mesh& m, uint32_t primitive, float s, 
 }
 
 }  // namespace kinora::shade
-#endif

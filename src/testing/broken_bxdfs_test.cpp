@@ -172,16 +172,11 @@ HWY_AFTER_NAMESPACE();
 namespace kinora {
 namespace {
 using testing::CheckReport;
+using Case = testing::BrokenCase;
 
 const char* const kWhite[] = {"albedo=1 1 1", nullptr};
 constexpr BxdfTraits kWhiteTraits{trial::kLobes, 2, -1, nullptr, nullptr, kWhite, kWhite};
 constexpr BxdfTraits kPlainTraits{trial::kLobes, 2, -1, nullptr, nullptr, nullptr, kWhite};
-
-struct Case {
-  Descriptor descriptor;
-  std::string check;
-};
-void PrintTo(const Case& c, std::ostream* out) { *out << c.descriptor.name; }
 
 std::vector<Case> cases() {
   std::vector<Case> r;
@@ -210,8 +205,7 @@ TEST_P(Kit, FindsWhatIsBroken) {
                          GetParam().descriptor.name);
 }
 
-INSTANTIATE_TEST_SUITE_P(Broken, Kit, ::testing::ValuesIn(cases()),
-                         [](const auto& info) { return std::string(info.param.descriptor.name); });
+INSTANTIATE_TEST_SUITE_P(Broken, Kit, ::testing::ValuesIn(cases()), testing::nameOf);
 
 // A defect of one seed must not be luck: right bxdfs pass and 2 % are found whatever the seed.
 TEST(KitSeeds, VerdictDoesNotDependOnTheSeed) {

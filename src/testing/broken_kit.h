@@ -2,12 +2,20 @@
 // broken_lights_test.
 #pragma once
 #include <gtest/gtest.h>
+#include <kinora/plugin.h>
 #include <kinora/testing/report.h>
 
 #include <iostream>
 #include <string>
 
 namespace kinora::testing {
+
+struct BrokenCase {
+  Descriptor descriptor;
+  std::string check;
+};
+inline void PrintTo(const BrokenCase& c, std::ostream* out) { *out << c.descriptor.name; }
+inline std::string nameOf(const ::testing::TestParamInfo<BrokenCase>& info) { return info.param.descriptor.name; }
 
 // `check` is the one that has to find the defect of plug-in `name`; empty: there is none.
 inline void expectVerdict(const CheckReport& report, const std::string& check, const char* name) {

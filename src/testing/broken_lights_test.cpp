@@ -173,6 +173,7 @@ HWY_AFTER_NAMESPACE();
 namespace kinora {
 namespace {
 using testing::CheckReport;
+using Case = testing::BrokenCase;
 using trialLight::Data;
 
 void* create(const CreateInfo* info, ErrorText* error) {
@@ -230,12 +231,6 @@ double irradiance(const void* data, const double P[3], const double N[3]) {
   return D == trialLight::ClosedFormOff ? total * 1.01 : total;
 }
 
-struct Case {
-  Descriptor descriptor;
-  std::string check;
-};
-void PrintTo(const Case& c, std::ostream* out) { *out << c.descriptor.name; }
-
 std::vector<Case> cases() {
   std::vector<Case> r;
 #define X(name, check)                                                                                             \
@@ -263,8 +258,7 @@ TEST_P(LightKit, FindsWhatIsBroken) {
                          GetParam().descriptor.name);
 }
 
-INSTANTIATE_TEST_SUITE_P(Broken, LightKit, ::testing::ValuesIn(cases()),
-                         [](const auto& info) { return std::string(info.param.descriptor.name); });
+INSTANTIATE_TEST_SUITE_P(Broken, LightKit, ::testing::ValuesIn(cases()), testing::nameOf);
 
 // The verdict is no luck of the seed: the right light passes, 2 % of density are found.
 TEST(LightKitSeeds, VerdictDoesNotDependOnTheSeed) {

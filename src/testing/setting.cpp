@@ -6,28 +6,11 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "plugin/types.h"
+
 namespace kinora::testing {
 
 namespace {
-
-uint32_t componentsOf(Type t) {
-  switch (t) {
-    case Type::Float:
-    case Type::Int:
-      return 1;
-    case Type::Color:
-    case Type::Point:
-    case Type::Vector:
-    case Type::Normal:
-      return 3;
-    case Type::Matrix:
-      return 16;
-    case Type::String:
-    case Type::Struct:
-      return 0;
-  }
-  return 0;
-}
 
 std::string_view trim(std::string_view s) {
   const size_t a = s.find_first_not_of(" \t\n"), b = s.find_last_not_of(" \t\n");

@@ -40,12 +40,6 @@ RenderRequest requestOf(const std::string& objects, const std::string& channels 
   return r;
 }
 
-bool says(const SceneRender& r, const std::string& what) {
-  for (const std::string& m : r.messages())
-    if (m.find(what) != std::string::npos) return true;
-  return false;
-}
-
 struct Difference {
   double mean = 0, most = 0;
 };

@@ -35,12 +35,6 @@ RenderRequest requestOf(const std::string& objects, int size, int samples, int b
   return r;
 }
 
-bool says(const SceneRender& r, const std::string& what) {
-  for (const std::string& m : r.messages())
-    if (m.find(what) != std::string::npos) return true;
-  return false;
-}
-
 double mean(const image::Image& x) {
   double sum = 0;
   for (const float p : x.pixels) sum += double(p);

@@ -2,10 +2,9 @@
 // can use, fails here. Memory errors that do not crash are for tests/fuzz/run.
 #include <gtest/gtest.h>
 
-#include <ctime>
-
 #include "fuzz/ies_input.h"
 #include "fuzz/ies_mutator.h"
+#include "fuzz/short_run.h"
 
 namespace kinora::fuzz {
 namespace {
@@ -19,13 +18,8 @@ TEST(IesFuzz, SomeSecondsWithAFixedSeed) {
     whole += readIesInput(pool.back()) == 0;
   }
   EXPECT_GT(whole, 30u) << "files by the rules are mostly read";
-  const std::clock_t end = std::clock() + 2 * CLOCKS_PER_SEC;
-  size_t runs = 0, refused = 0;
-  for (; runs < 20000 && std::clock() < end; ++runs) {
-    std::string mutated = random.mutate(pool[random.below(pool.size())], pool[random.below(pool.size())], 8000);
-    refused += readIesInput(mutated);
-    if (runs % 8 == 0 && pool.size() < 300) pool.push_back(std::move(mutated));
-  }
+  const auto [runs, refused] = shortRun(random, pool, {.seconds = 2, .runs = 20000, .bytes = 8000},
+                                        [](const std::string& profile) { return Outcome{readIesInput(profile)}; });
   EXPECT_GT(runs, 1000u);
   EXPECT_GT(refused, runs / 4) << "mutations that nothing is wrong with test nothing";
   EXPECT_LT(refused, runs * 39 / 40) << "mutations that are all refused reach the reader's first lines only";

@@ -30,15 +30,6 @@ constexpr const char* kWords[] = {"TILT=NONE",
 
 }  // namespace
 
-uint32_t IesMutator::below(size_t n) {
-  state_ += 0x9E3779B97F4A7C15u;  // splitmix64 (Vigna)
-  uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  z ^= z >> 31;
-  return n ? uint32_t(z % n) : 0;
-}
-
 std::string IesMutator::number() {
   switch (below(3)) {
     case 0:
@@ -132,12 +123,7 @@ std::string IesMutator::mutate(const std::string& input, const std::string& othe
   Tokens t = tokensOf(below(6) ? input : profile());
   const Tokens pieces = tokensOf(other);
   for (uint32_t n = 1 + below(4); n > 0; --n) change(t, pieces);
-  std::string s;
-  for (const std::string& piece : t) {
-    if (s.size() + piece.size() > limit) break;
-    s += piece;
-  }
-  return s;
+  return textOf(t, limit);
 }
 
 }  // namespace kinora::fuzz

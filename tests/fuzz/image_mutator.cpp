@@ -22,15 +22,6 @@ void put(std::string& s, size_t at, int width, bool bigEndian, uint64_t v) {
 
 }  // namespace
 
-uint32_t ImageMutator::below(size_t n) {
-  state_ += 0x9E3779B97F4A7C15u;  // splitmix64 (Vigna)
-  uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  z ^= z >> 31;
-  return n ? uint32_t(z % n) : 0;
-}
-
 void ImageMutator::field(std::string& s, size_t at, int width, bool bigEndian) {
   static constexpr uint64_t kValues[] = {
       0,     1,     2,     3,     4,      7,      8,       16,      32,         64,         255,        256,

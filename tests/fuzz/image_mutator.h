@@ -2,16 +2,16 @@
 // checksums made right, JPEG segments, EXR attributes, and bytes and cuts of any of them. All choices come from the
 // seed.
 #pragma once
-#include <cstdint>
 #include <string>
+
+#include "fuzz/choices.h"
 
 namespace kinora::fuzz {
 
-class ImageMutator {
+class ImageMutator : public Choices {
  public:
-  explicit ImageMutator(uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15u + 1) {}
+  using Choices::Choices;
   std::string mutate(std::string bytes, const std::string& other, size_t limit);
-  uint32_t below(size_t n);  // 0 for n = 0
 
  private:
   void field(std::string& s, size_t at, int width, bool bigEndian);  // an interesting number
@@ -20,8 +20,6 @@ class ImageMutator {
   void jpeg(std::string& s);
   void exr(std::string& s);
   void anywhere(std::string& s);
-
-  uint64_t state_;
 };
 
 }  // namespace kinora::fuzz

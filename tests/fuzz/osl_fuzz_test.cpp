@@ -4,13 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "fuzz/osl_input.h"
 #include "fuzz/osl_mutator.h"
+#include "fuzz/short_run.h"
 
 namespace kinora::fuzz {
 namespace {
@@ -24,15 +24,8 @@ TEST(OslFuzz, SomeSecondsWithAFixedSeed) {
   std::sort(pool.begin(), pool.end());
   OslMutator random(1);
   for (int i = 0; i < 40; ++i) pool.push_back(random.program());
-  const std::clock_t end = std::clock() + 3 * CLOCKS_PER_SEC;
-  size_t runs = 0, messages = 0;
-  for (; runs < 4000 && std::clock() < end; ++runs) {
-    const std::string& a = pool[random.below(pool.size())];
-    const std::string& b = pool[random.below(pool.size())];
-    std::string mutated = random.mutate(a, b, 20000);
-    messages += compileOslInput(mutated);
-    if (runs % 8 == 0 && pool.size() < 300) pool.push_back(std::move(mutated));
-  }
+  const auto [runs, messages] =
+      shortRun(random, pool, {}, [](const std::string& source) { return Outcome{compileOslInput(source)}; });
   EXPECT_GT(runs, 50u);
   EXPECT_GT(messages, runs / 2) << "mutations that nothing is wrong with test nothing";
 }

@@ -183,13 +183,6 @@ constexpr const char* kNumbers[] = {
 
 }  // namespace
 
-uint32_t OslMutator::below(size_t n) {
-  state_ ^= state_ << 13;
-  state_ ^= state_ >> 7;
-  state_ ^= state_ << 17;
-  return n == 0 ? 0 : uint32_t((state_ >> 20) % n);
-}
-
 std::string OslMutator::word() { return kWords[below(std::size(kWords))]; }
 std::string OslMutator::number() { return kNumbers[below(std::size(kNumbers))]; }
 
@@ -373,12 +366,7 @@ std::string OslMutator::mutate(const std::string& input, const std::string& othe
   Tokens t = tokensOf(input);
   const Tokens pieces = tokensOf(below(3) == 0 ? program() : other);
   for (uint32_t n = 1 + below(5); n > 0; --n) change(t, pieces);
-  std::string s;
-  for (const std::string& token : t) {
-    if (s.size() + token.size() > limit) break;
-    s += token;
-  }
-  return s;
+  return textOf(t, limit);
 }
 
 }  // namespace kinora::fuzz

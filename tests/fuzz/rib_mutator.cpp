@@ -78,15 +78,6 @@ std::string textOf(const std::vector<Token>& tokens) {
   return s;
 }
 
-uint32_t RibMutator::below(size_t n) {
-  state_ += 0x9E3779B97F4A7C15u;  // splitmix64 (Vigna)
-  uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  z ^= z >> 31;
-  return n ? uint32_t(z % n) : 0;
-}
-
 std::string RibMutator::number() {
   switch (below(4)) {
     case 0:

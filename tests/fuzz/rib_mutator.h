@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "fuzz/choices.h"
+
 namespace kinora::fuzz {
 
 struct Token {
@@ -16,13 +18,11 @@ struct Token {
 std::vector<Token> tokensOf(std::string_view text);
 std::string textOf(const std::vector<Token>& tokens);
 
-class RibMutator {
+class RibMutator : public Choices {
  public:
-  explicit RibMutator(uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15u + 1) {}
+  using Choices::Choices;
   // One to four mutations of `input`; `other` is the file that pieces are taken from. At most `limit` bytes.
   std::string mutate(const std::string& input, const std::string& other, size_t limit);
-
-  uint32_t below(size_t n);  // 0 for n = 0
 
  private:
   std::string mutateText(std::string text, const std::string& other, size_t limit);
@@ -35,8 +35,6 @@ class RibMutator {
   std::string string();
   std::string request();
   std::string value(char kind);
-
-  uint64_t state_;
 };
 
 }  // namespace kinora::fuzz

@@ -38,15 +38,6 @@ constexpr const char* kWords[] = {
 
 }  // namespace
 
-uint32_t SeExprMutator::below(size_t n) {
-  state_ += 0x9E3779B97F4A7C15u;  // splitmix64 (Vigna)
-  uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  z ^= z >> 31;
-  return n ? uint32_t(z % n) : 0;
-}
-
 std::string SeExprMutator::number() {
   if (below(60) == 0) return kOddNumbers[below(std::size(kOddNumbers))];
   if (below(3) == 0) return kNumbers[below(std::size(kNumbers))];
@@ -200,12 +191,7 @@ std::string SeExprMutator::mutate(const std::string& input, const std::string& o
   Tokens t = tokensOf(input);
   const Tokens pieces = tokensOf(other);
   for (uint32_t n = 1 + below(4); n > 0; --n) change(t, pieces);
-  std::string s;
-  for (const std::string& piece : t) {
-    if (s.size() + piece.size() > limit) break;
-    s += piece;
-  }
-  return s;
+  return textOf(t, limit);
 }
 
 }  // namespace kinora::fuzz

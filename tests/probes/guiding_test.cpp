@@ -97,39 +97,15 @@ TEST(Guiding, SameBitsWhereSamplesAreAdaptive) {
 }
 
 TEST(Guiding, SameBits) {
-  const auto stateWith = [](const char* guiding) {
-    Workshop stage;
-    render::Settings s;
-    s.threads = 1;
-    s.sets = {{"integrator.risPathGuiding", guiding}};
-    auto r = stage.load(sceneOf(room(kRect, kGrey, kGuided), stage.messages), s);
-    EXPECT_EQ(r->renderFilm(), render::Outcome::Complete);
-    return stateOf(r->film());
-  };
-  EXPECT_NE(stateWith("1"), stateWith("0")) << "guiding is on";
+  const std::string text = room(kRect, kGrey, kGuided);
+  EXPECT_NE(stateWith(text, "risPathGuiding", "1"), stateWith(text, "risPathGuiding", "0")) << "guiding is on";
   expectSameBits({}, room(std::string(kRect) + kSun + kDome, kGlass, std::string(kLens) + kGuided), "");
 }
 
 // What lies beside a window, or was taken before a part, teaches all the same.
 TEST(Guiding, CropsAreWhatTheyAreInTheWhole) {
   const std::string text = room(kRect, kGrey, kGuided);
-  const auto render = [&](std::array<float, 4> crop) {
-    Workshop stage;
-    render::Settings s;
-    s.threads = 2;
-    s.crop = crop;
-    auto r = stage.load(sceneOf(text, stage.messages), s);
-    return pictureOf(*r);
-  };
-  const image::Image whole = render({-1, -1, -1, -1}), part = render({0.3f, 0.7f, 0.25f, 0.6f});
-  ASSERT_GT(part.width(), 4);
-  ASSERT_LT(part.width(), whole.width());
-  int compared = 0, differ = 0;
-  for (int y = part.data.y0; y < part.data.y1; ++y)
-    for (int x = part.data.x0; x < part.data.x1; ++x, ++compared)
-      for (int k = 0; k < 3; ++k) differ += part.at(x, y)[k] != whole.at(x, y)[k];
-  EXPECT_GT(compared, 40);
-  EXPECT_EQ(differ, 0);
+  expectCropIsPartOfWhole(text, {0.3f, 0.7f, 0.25f, 0.6f});
 }
 
 TEST(Guiding, OnePixelAndNoLight) {

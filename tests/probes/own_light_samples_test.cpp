@@ -17,12 +17,6 @@ std::string asking(std::string lamp, int samples) {
 }
 const char* const kShiny = R"(Bxdf "PxrSurface" "metal" "float diffuseGain" [0.2] "int specularFresnelMode" [0]
     "color specularFaceColor" [0.7 0.7 0.7] "color specularEdgeColor" [1 1 1] "float specularRoughness" [0.15])";
-const char* const kFog = R"(
-  AttributeBegin
-    Bxdf "PxrVolume" "fog" "float densityFloat" [0.4] "int multiScatter" [1]
-    Volume "box" [-1.5 1.5 0 2 0 2] [0 0 0]
-  AttributeEnd
-)";
 const char* const kWax = R"(Bxdf "PxrSurface" "wax" "float diffuseGain" [0.3] "float subsurfaceGain" [0.7]
     "color subsurfaceColor" [0.8 0.6 0.5] "float subsurfaceDmfp" [0.2] "color subsurfaceDmfpColor" [1 0.5 0.3])";
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <kinora/testing/statistics.h>
 
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <memory>
@@ -93,6 +94,39 @@ inline void expectSameBits(std::initializer_list<const Descriptor*> plugins, con
   ASSERT_EQ(parts.size(), rest.size());
   for (size_t i = 0; i < parts.size(); ++i) parts[i] += rest[i];
   EXPECT_TRUE(parts == expected) << "in two parts";
+}
+
+// The film with a parameter of the integrator as it is given.
+inline std::vector<int64_t> stateWith(const std::string& text, const std::string& parameter,
+                                      const std::string& value) {
+  Workshop stage;
+  render::Settings s;
+  s.threads = 1;
+  s.sets = {{"integrator." + parameter, value}};
+  const auto r = stage.load(sceneOf(text, stage.messages), s);
+  EXPECT_EQ(r->renderFilm(), render::Outcome::Complete);
+  return stateOf(r->film());
+}
+
+// Rendered by itself, a part of a picture has the pixels of the whole.
+inline void expectCropIsPartOfWhole(const std::string& text, std::array<float, 4> crop) {
+  const auto render = [&](std::array<float, 4> window) {
+    Workshop stage;
+    render::Settings s;
+    s.threads = 2;
+    s.crop = window;
+    const auto r = stage.load(sceneOf(text, stage.messages), s);
+    return pictureOf(*r);
+  };
+  const image::Image whole = render({-1, -1, -1, -1}), part = render(crop);
+  ASSERT_GT(part.width(), 4);
+  ASSERT_LT(part.width(), whole.width());
+  int compared = 0, differ = 0;
+  for (int y = part.data.y0; y < part.data.y1; ++y)
+    for (int x = part.data.x0; x < part.data.x1; ++x, ++compared)
+      for (int k = 0; k < 3; ++k) differ += part.at(x, y)[k] != whole.at(x, y)[k];
+  EXPECT_GT(compared, 40);
+  EXPECT_EQ(differ, 0);
 }
 
 // Moments over renders of the mean of each tile of size x size pixels, all colours added.

@@ -5,18 +5,20 @@
 
 namespace kinora::probes {
 
-// A corner of a room with a floor, a wall, a ball and whatever a test adds.
-inline std::string room(const std::string& lights, const std::string& ball, const std::string& camera = "",
-                        const std::string& more = "") {
-  return R"(
+// What tests of rooms look at.
+inline const char* const kShown = R"(
 Hider "raytrace" "int maxsamples" [16]
 Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
 DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
 DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
 Format 32 32 1
 PixelFilter "box" 1 1
-Shutter 0 1
-)" + camera +
+)";
+
+// A corner of a room with a floor, a wall, a ball and whatever a test adds.
+inline std::string room(const std::string& lights, const std::string& ball, const std::string& camera = "",
+                        const std::string& more = "") {
+  return kShown + std::string("Shutter 0 1\n") + camera +
          R"(
 Projection "perspective" "fov" [40]
 Translate 0 -0.8 3.2
@@ -49,6 +51,12 @@ inline const char* const kGlass = R"(Bxdf "PxrSurface" "glass" "float diffuseGai
     "float reflectionGain" [1] "float glassRoughness" [0] "float glassIor" [1.5] "color refractionColor" [0.9 1 0.9])";
 inline const char* const kRoughGlass = R"(Bxdf "PxrSurface" "glass" "float diffuseGain" [0] "float refractionGain" [1]
     "float reflectionGain" [1] "float glassRoughness" [0.35] "float glassIor" [1.4])";
+inline const char* const kFog = R"(
+  AttributeBegin
+    Bxdf "PxrVolume" "fog" "float densityFloat" [0.4] "int multiScatter" [1]
+    Volume "box" [-1.5 1.5 0 2 0 2] [0 0 0]
+  AttributeEnd
+)";
 inline const char* const kRect = R"(
     AttributeBegin
       ConcatTransform [0.8 0 0 0  0 0 0.6 0  0 -1 0 0  -0.2 1.9 1 1]

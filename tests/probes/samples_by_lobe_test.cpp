@@ -27,12 +27,6 @@ const char* const kPlastic = R"(Bxdf "PxrSurface" "plastic" "color diffuseColor"
 const char* const kWax = R"(Bxdf "PxrSurface" "wax" "float diffuseGain" [0.3] "float subsurfaceGain" [0.7]
     "color subsurfaceColor" [0.8 0.6 0.5] "float subsurfaceDmfp" [0.2] "color subsurfaceDmfpColor" [1 0.5 0.3]
     "int specularFresnelMode" [1] "color specularEdgeColor" [1 1 1] "color specularIor" [1.5 1.5 1.5])";
-const char* const kFog = R"(
-  AttributeBegin
-    Bxdf "PxrVolume" "fog" "float densityFloat" [0.4] "int multiScatter" [1]
-    Volume "box" [-1.5 1.5 0 2 0 2] [0 0 0]
-  AttributeEnd
-)";
 
 TEST(SamplesByLobe, LeaveTheMean) {
   Workshop stage;

@@ -45,14 +45,7 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
 // The underside of a plate, far from the camera, under which light from a wide floor gathers: connections that come to the
 // floor at low angles. Rays start off the surface by more the farther it is from the camera, and met the floor before their end.
 TEST(Vcm, ConnectsToWhatIsSeenAtLowAnglesFromAfar) {
-  const std::string text = R"(
-Hider "raytrace" "int maxsamples" [16]
-Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
-DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
-DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
-Format 32 32 1
-PixelFilter "box" 1 1
-ScreenWindow -0.0175 0.0175 0.0825 0.1175
+  const std::string text = std::string(kShown) + R"(ScreenWindow -0.0175 0.0175 0.0825 0.1175
 Projection "perspective" "fov" [90]
 WorldBegin
   AttributeBegin
@@ -207,14 +200,7 @@ TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {
 // Under wide radii a part of the light paths is merged. On a plane that the sun lights evenly no radius blurs anything,
 // and with light samples off merging alone finds it, and is not weighted as if there were any.
 TEST(Vcm, MergingAPartOfTheLightPathsKeepsTheMean) {
-  const std::string plane = R"(
-Hider "raytrace" "int maxsamples" [16]
-Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
-DisplayChannel "color ball" "string source" ["lpe:C.*<.[DS]'ball'>.*L"]
-DisplayChannel "color key" "string source" ["lpe:C.+<L.'key'>"]
-Format 32 32 1
-PixelFilter "box" 1 1
-Projection "orthographic"
+  const std::string plane = std::string(kShown) + R"(Projection "orthographic"
 ScreenWindow -1 1 -1 1
 WorldBegin
   AttributeBegin

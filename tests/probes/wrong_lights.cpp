@@ -38,25 +38,19 @@ inline void askWithoutWeights(Group* group, RayList* list, RayKind kind, uint32_
 KINORA_KERNELS_BEGIN
 using namespace wrongLights;
 
-struct WrongLightsRunner {
+struct WrongLights {
+  using Data = PathLoopOptions;
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
-    Services wrong = *services;
-    asked = services->lightHits;
+  static void integrate(const Data& options, uint32_t, Group& group, const Services& services) {
+    Services wrong = services;
+    asked = services.lightHits;
     wrong.lightHits = askWithoutWeights;
-    PathLoop<W>(group, &wrong, *static_cast<const PathLoopOptions*>(integrator)).run();
+    PathLoop<W>(&group, &wrong, options).run();
   }
-  static void learn(const void* integrator, const LearnServices* services) {
-    guiding::learn(static_cast<const PathLoopOptions*>(integrator)->guiding, *services);
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>, nullptr, &learn};
-  }
+  static void learn(const Data& options, const LearnServices& services) { guiding::learn(options.guiding, services); }
 };
 
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(WrongLights, WrongLightsRunner, IntegratorPlugin,
-              .help = "Learned choice of lights, of which lights met by rays do not know.", .params = kParams,
-              .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia, .learning = learning)
+KINORA_INTEGRATOR(WrongLights, .help = "Learned choice of lights, of which lights met by rays do not know.",
+                  .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia, .learning = learning)

@@ -1,4 +1,4 @@
-// A path tracer whose manifold walks leave out the ratio of densities (ManifoldOptions::withoutTerm): manifold_test.cpp
+// A path tracer whose manifold walks leave out the ratio of densities: manifold_test.cpp
 // must notice.
 #define KINORA_STOCK_PLUGIN
 #define KINORA_KERNEL_FILE "tests/probes/wrong_walks.cpp"
@@ -15,27 +15,21 @@ inline std::unique_ptr<PathLoopOptions> make(const CreateInfo&) {
   o->rouletteThreshold = 1e-6f;
   o->allowCaustics = true;
   o->manifold.interfaces = 2;
-  o->manifold.withoutTerm = true;
   return o;
 }
 }  // namespace kinora::wrongWalks
 #endif
 
 KINORA_KERNELS_BEGIN
-using namespace wrongWalks;
-
-struct WrongRunner {
+// In place of DensityRatio.
+struct NoRatio {
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
-    PathLoop<W>(group, services, *static_cast<const PathLoopOptions*>(integrator)).run();
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
+  static KN_INLINE Float<W> of(Float<W>) {
+    return Float<W>(1.f);
   }
 };
-
+struct WrongWalks : RunsPathLoop<NoRatio> {};
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(WrongWalks, WrongRunner, IntegratorPlugin, .help = "Walks without their geometric term.",
-              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia)
+KINORA_INTEGRATOR(WrongWalks, .help = "Walks without their geometric term.", .params = wrongWalks::kParams,
+                  .setUp = setUpBy<wrongWalks::make>, .scattersInMedia = scatterInMedia)

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "image/read_write.h"
@@ -79,6 +81,11 @@ std::string SceneRender::keep(const image::Image& picture, const std::string& na
   return status.ok() ? file : status.what;
 }
 
+bool says(const SceneRender& render, const std::string& words) {
+  return std::any_of(render.messages().begin(), render.messages().end(),
+                     [&](const std::string& m) { return m.find(words) != std::string::npos; });
+}
+
 std::vector<int64_t> stateOf(const film::Film& film) {
   std::vector<int64_t> all;
   const auto& w = film.window();
@@ -93,6 +100,21 @@ uint64_t hashOf(const film::Film& film) {
   for (const int64_t v : stateOf(film))
     for (int k = 0; k < 8; ++k) h = (h ^ (uint64_t(v) >> (8 * k) & 255)) * 1099511628211ull;
   return h;
+}
+
+uint64_t hashHoweverRendered(RenderRequest request) {
+  std::vector<uint64_t> hashes;
+  for (const auto& [width, threads, group] :
+       {std::array{1u, 1u, 64u}, {4u, 2u, 512u}, {8u, 1u, 256u}, {16u, 2u, 1024u}}) {
+    request.settings.width = width;
+    request.settings.threads = int(threads);
+    request.settings.groupSize = group;
+    SceneRender r(request);
+    if (!r.ok()) return 0;
+    hashes.push_back(hashOf(r.film()));
+  }
+  for (const uint64_t h : hashes) EXPECT_EQ(h, hashes[0]);
+  return hashes[0];
 }
 
 testing::Moments overPixels(const image::Image& picture, int c) {

@@ -50,10 +50,15 @@ class SceneRender {
   bool ok_ = false;
 };
 
+// Whether some warning or error holds these words.
+bool says(const SceneRender& render, const std::string& words);
+
 // All integers of all pixels: two films are equal when these are.
 std::vector<int64_t> stateOf(const film::Film& film);
 // FNV-1a of them.
 uint64_t hashOf(const film::Film& film);
+// That of the request's picture, which has to be the same with any width, threads and groups.
+uint64_t hashHoweverRendered(RenderRequest request);
 
 // Mean of component c over all pixels. Pixels draw independent samples, so when all of them look at the same thing (a
 // constant expectation) the spread between them gives the standard error of the mean.

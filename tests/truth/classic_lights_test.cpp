@@ -192,12 +192,6 @@ TEST(ClassicLights, AreaLightsOfAnyName) {
   }
 }
 
-bool says(SceneRender& render, const std::string& what) {
-  for (const std::string& m : render.messages())
-    if (m.find(what) != std::string::npos) return true;
-  return false;
-}
-
 // A light of which nothing is known is told of; where it was the only one the headlight stays on.
 TEST(ClassicLights, NothingKnownIsNotBlack) {
   RenderRequest r;

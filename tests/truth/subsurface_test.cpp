@@ -44,12 +44,6 @@ std::string color(const char* name, double r, double g, double b) {
   return text;
 }
 std::string gray(const char* name, double x) { return color(name, x, x, x); }
-bool says(const SceneRender& render, const std::string& what) {
-  for (const std::string& m : render.messages())
-    if (m.find(what) != std::string::npos) return true;
-  return false;
-}
-
 const char* const kBall =
     "AttributeBegin Attribute \"identifier\" \"string name\" [\"ball\"]\nTranslate 0 0 5 Sphere 1 -1 1 360 "
     "AttributeEnd\n";

@@ -7,6 +7,7 @@
 #include "parameters.h"
 #include "base.h"
 #include "plugins/bxdf/lobes/bind.h"
+#include "plugins/bxdf/lobes/pick.h"
 
 KINORA_KERNELS_BEGIN
 
@@ -155,19 +156,9 @@ struct PxrDisney {
     }
 
     HWY_ATTR HWY_NOINLINE void sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const {
-      // which technique; rounding never walks past the last that has weight
-      Int<W> made = Int<W>(uint32_t(kTechniques));
-      F rest = w / max(choiceO.scale, F(1e-30f)), share(0.f);
-      Mask<W> open = choiceO.scale > F(0.f);
-      for (uint32_t t = 0; t < kTechniques; ++t) {
-        const F weight = choiceO.weight[t];
-        const Mask<W> here = open & (weight > F(0.f));
-        made = select(here, Int<W>(t), made);
-        share = select(here, weight, share);
-        const Mask<W> past = here & (rest >= weight);
-        open = past | (open & !here);
-        rest = select(past, rest - weight, rest);
-      }
+      Pick<W> pick(w, choiceO.scale, kTechniques);
+      for (uint32_t t = 0; t < kTechniques; ++t) pick.offer(t, choiceO.weight[t]);
+      const Int<W> made = pick.made;
       const Mask<W> facets = made == Int<W>(uint32_t(kMakeSpecular)), coats = made == Int<W>(uint32_t(kMakeCoat));
       Vec3<W> d = cosineHemisphere(u, v);
       if ((facets | coats).any()) {
@@ -180,7 +171,7 @@ struct PxrDisney {
       out.valid = (choiceO.scale > F(0.f)) & (d.z > F(0.f)) & (dot(Ng, out.wi) > F(0.f));
       out.discrete = facets & specular.smooth;
       out.discreteWeight = specular.mirror();
-      out.discreteProbability = share * choiceO.scale;
+      out.discreteProbability = pick.weight * choiceO.scale;
       out.discreteLobe = Int<W>(uint32_t(kSpecularLobe));
     }
 

@@ -10,6 +10,7 @@
 #include "plugins/bxdf/lobes/burley.h"
 #include "sheen.h"
 #include "plugins/bxdf/lobes/diffuse.h"
+#include "plugins/bxdf/lobes/pick.h"
 #include "plugins/bxdf/lobes/specular.h"
 #include "plugins/bxdf/lobes/glass.h"
 
@@ -212,21 +213,11 @@ struct SlabTree {
 
   HWY_ATTR HWY_NOINLINE void sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const {
     const F none(0.f), one(1.f);
-    // which way of which leaf; rounding never walks past the last that has weight
-    constexpr uint32_t kCount = lama::kMaxLeaves * kWays;
-    Int<W> made(kCount);
-    F rest = w / max(viewO.scale, F(1e-30f)), share(0.f);
-    Mask<W> open = viewO.scale > none;
+    Pick<W> pick(w, viewO.scale, lama::kMaxLeaves * kWays);
     for (uint32_t i = 0; i < k.leafCount; ++i)
-      for (uint32_t t = 0; t < kWays; ++t) {
-        const F weight = viewO.weight[i][t];
-        const Mask<W> here = open & (weight > none);
-        made = select(here, Int<W>(i * kWays + t), made);
-        share = select(here, weight, share);
-        const Mask<W> past = here & (rest >= weight);
-        open = past | (open & !here);
-        rest = select(past, rest - weight, rest);
-      }
+      for (uint32_t t = 0; t < kWays; ++t) pick.offer(i * kWays + t, viewO.weight[i][t]);
+    const Int<W> made = pick.made;
+    const F share = pick.weight, rest = pick.rest;
     Vec3<W> d = cosineHemisphere(u, v);
     // uniform, by the same disk
     const F r2 = fma(d.x, d.x, d.y * d.y), stretch = sqrt(max(F(2.f) - r2, none));

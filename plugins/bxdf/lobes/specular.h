@@ -99,17 +99,6 @@ struct SpecularLobe {
       f90_ = f90_ * brightest_;
     }
   }
-  // Schlick's Fresnel between two colours that the caller computed; of the closure's values only anisotropy counts.
-  KN_INLINE void setSchlick(const lobes::SpecularClosure& closure, const ReflectionEnergy& energyTable, F roughness,
-                            Rgb<W> face, Rgb<W> edge, Vec3<W> normal, const Surface<W>& s) {
-    facets(closure, energyTable, roughness, normal, s);
-    edge_ = edge;
-    face_ = face;
-    shape_ = F(5.f);
-    f0_ = average(face_);
-    compensate(schlickMean());
-  }
-
   KN_INLINE Rgb<W> fresnel(F cosine) const {
     if (k->film) return edge_ * filmReflectance(*k->film, cosine, face_.x, thickness_);
     if (k->physical)

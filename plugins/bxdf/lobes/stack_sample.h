@@ -1,6 +1,7 @@
 // How a stack of lobes makes a direction: a technique is chosen by its weight, then a direction by its density.
 // Included per target, by stack.cpp alone.
 #include "stack.h"
+#include "pick.h"
 
 #if defined(KINORA_LOBES_STACK_SAMPLE_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_LOBES_STACK_SAMPLE_H_TARGET
@@ -16,19 +17,10 @@ namespace {
 
 template <int W>
 HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F& w, LobeSample<W>& out) const {
-  // which technique; rounding never walks past the last that has weight
-  Int<W> made(kTechniques);
-  F rest = w / max(choiceO.scale, F(1e-30f)), share(0.f);
-  Mask<W> open = choiceO.scale > F(0.f);
-  for (uint32_t t = 0; t < kTechniques; ++t) {
-    const F weight = choiceO.weight[t];
-    const Mask<W> here = open & (weight > F(0.f));
-    made = select(here, Int<W>(t), made);
-    share = select(here, weight, share);
-    const Mask<W> past = here & (rest >= weight);
-    open = past | (open & (!here));
-    rest = select(past, rest - weight, rest);
-  }
+  Pick<W> pick(w, choiceO.scale, kTechniques);
+  for (uint32_t t = 0; t < kTechniques; ++t) pick.offer(t, choiceO.weight[t]);
+  const Int<W> made = pick.made;
+  const F share = pick.weight, rest = pick.rest;
   // its frame and shape
   const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
   const Mask<W> sinks = made == Int<W>(kMakeBelow), once = made == Int<W>(kMakeSingle);

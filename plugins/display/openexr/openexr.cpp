@@ -6,7 +6,6 @@
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
@@ -15,6 +14,7 @@
 #include <ImfTiledOutputFile.h>
 #include <half.h>
 #include <kinora/display_author.h>
+#include <kinora/exr_stream.h>
 
 #include <cerrno>
 #include <cmath>
@@ -73,32 +73,6 @@ Imf::Compression compressionNamed(const std::string& name) {
   throw std::runtime_error("unknown compression \"" + name + "\"");
 }
 
-// The library's own stream forgets the errors of its last flush.
-class File : public Imf::OStream {
- public:
-  explicit File(const std::string& path) : Imf::OStream(path.c_str()), file_(std::fopen(path.c_str(), "wb")) {
-    if (!file_) throw std::runtime_error(std::strerror(errno));
-  }
-  ~File() override { finish(); }
-  void write(const char c[], int n) override {
-    if (!error_ && std::fwrite(c, 1, size_t(n), file_) != size_t(n)) error_ = errno ? errno : EIO;
-    if (error_) throw std::runtime_error(std::strerror(error_));
-  }
-  uint64_t tellp() override { return uint64_t(std::ftell(file_)); }
-  void seekp(uint64_t pos) override {
-    if (!error_ && std::fseek(file_, long(pos), SEEK_SET) != 0) error_ = errno;
-  }
-  int finish() {
-    if (file_ && std::fclose(file_) != 0 && !error_) error_ = errno;
-    file_ = nullptr;
-    return error_;
-  }
-
- private:
-  std::FILE* file_;
-  int error_ = 0;
-};
-
 struct OpenExr {
   std::string path;
   std::unique_ptr<Imf::Header> header;
@@ -107,7 +81,7 @@ struct OpenExr {
   Imath::Box2i window;
   bool isTiled = false, autoCrop = false;
   int tileSize = 64;
-  std::unique_ptr<File> file;
+  std::unique_ptr<ExrStream> file;
 
   OpenExr(const CreateInfo& info, const DisplayInfo& d) {
     path = d.writePath;
@@ -134,7 +108,8 @@ struct OpenExr {
       header->screenWindowCenter() = Imath::V2f(0 - d.screenWindow[0], d.screenWindow[1]);
       header->screenWindowWidth() = d.screenWindow[2];
     }
-    file = std::make_unique<File>(path);
+    file = std::make_unique<ExrStream>(path);
+    if (file->error()) finish();
   }
 
   void addAttribute(const DisplayMetadata& m) {

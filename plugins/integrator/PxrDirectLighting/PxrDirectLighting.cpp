@@ -26,20 +26,8 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
 #endif
 
 KINORA_KERNELS_BEGIN
-using namespace pxrDirectLighting;
-
-struct Runner {
-  template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* services) {
-    PathLoop<W>(group, services, *static_cast<const PathLoopOptions*>(integrator)).run();
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
-  }
-};
-
+struct PxrDirectLighting : RunsPathLoop<> {};
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrDirectLighting, Runner, IntegratorPlugin, .help = "Direct light and emission only.",
-              .params = kParams, .setUp = setUpBy<make>, .scattersInMedia = scatterInMedia)
+KINORA_INTEGRATOR(PxrDirectLighting, .help = "Direct light and emission only.", .params = pxrDirectLighting::kParams,
+                  .setUp = setUpBy<pxrDirectLighting::make>, .scattersInMedia = scatterInMedia)

@@ -47,6 +47,7 @@ KINORA_KERNELS_BEGIN
 using namespace pxrOcclusion;
 
 struct PxrOcclusion {
+  using Data = pxrOcclusion::Data;
   // Direction `part` for each point of a context; points without one keep their normal and ok 0.
   template <int W>
   static void directions(const Data& k, const Services& sv, const CameraHits& hits, const Context& c, uint32_t part,
@@ -94,8 +95,9 @@ struct PxrOcclusion {
   }
 
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* g, const Services* sv) {
-    const Data& k = *static_cast<const Data*>(integrator);
+  static void integrate(const Data& k, uint32_t, Group& group, const Services& services) {
+    Group* g = &group;
+    const Services* sv = &services;
     const CameraHits hits(g, sv);
     if (!hits.count) return;
     float* open = hits.floats(g->padded + kPad);
@@ -149,28 +151,19 @@ struct PxrOcclusion {
       }
     }
     const float scale = 1.f / float(k.samples);
-    for (uint32_t x = 0; x < hits.contextCount; ++x) {
-      const Context& c = *hits.contexts[x];
-      float* rgb[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
+    hits.showAll([&](const Context& c, float* const rgb[3]) {
       for (uint32_t i = 0; i < c.padded; ++i)
         rgb[0][i] = rgb[1][i] = rgb[2][i] = open[c.path[i < c.count ? i : c.count - 1]] * scale;
-      if (k.useAlbedo && c.bxdf->albedo) {
-        float* albedo[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
-        c.bxdf->albedo(&c, c.closure, albedo);
-        for (int a = 0; a < 3; ++a)
-          for (uint32_t i = 0; i < c.padded; ++i) rgb[a][i] *= albedo[a][i];
-      }
-      hits.show(c, rgb);
-    }
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
+      if (!k.useAlbedo || !c.bxdf->albedo) return;
+      float* albedo[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
+      c.bxdf->albedo(&c, c.closure, albedo);
+      for (int a = 0; a < 3; ++a)
+        for (uint32_t i = 0; i < c.padded; ++i) rgb[a][i] *= albedo[a][i];
+    });
   }
 };
 
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrOcclusion, PxrOcclusion, IntegratorPlugin,
-              .help = "How open each visible point is to its surroundings; lights play no part.", .params = kParams,
-              .setUp = setUpBy<make>)
+KINORA_INTEGRATOR(PxrOcclusion, .help = "How open each visible point is to its surroundings; lights play no part.",
+                  .params = kParams, .setUp = setUpBy<make>)

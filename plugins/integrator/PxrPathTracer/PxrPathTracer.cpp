@@ -147,12 +147,7 @@ inline uint32_t tellsLobesApart(const void* data) {
 KINORA_KERNELS_BEGIN
 using namespace pxrPathTracer;
 
-struct PxrPathTracer {
-  using Data = PathLoopOptions;
-  template <int W>
-  static void integrate(const Data& options, uint32_t, Group& group, const Services& services) {
-    PathLoop<W>(&group, &services, options).run();
-  }
+struct PxrPathTracer : RunsPathLoop<> {
   static void learn(const Data& options, const LearnServices& services) { guiding::learn(options.guiding, services); }
 };
 

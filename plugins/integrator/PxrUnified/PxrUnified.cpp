@@ -203,7 +203,7 @@ struct PxrUnified {
       Vcm<W>(&group, &services, data.both).run();
   }
   static void commit(const Data& data, uint32_t stage, const CommitServices& services) {
-    Vcm<1>::commit(data.both, stage, services);
+    vcm::commit(data.both, stage, services);
   }
   static void learn(const Data& data, const LearnServices& services) {
     guiding::learn(data.forward.guiding, services);

@@ -89,28 +89,13 @@ struct Data : vcm::Options {
     rouletteOfLight = from::rouletteOfLight(1, roulette.threshold);
   }
 };
-inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
-  return vcm::stages(*static_cast<const Data*>(data), out, capacity);
-}
-inline uint32_t lists(const void* data, RecordList* out, uint32_t) {
-  return vcm::lists(*static_cast<const Data*>(data), out);
-}
 }  // namespace kinora::pxrVcm
 #endif
 
 KINORA_KERNELS_BEGIN
-struct PxrVCM {
-  using Data = pxrVcm::Data;
-  template <int W>
-  static void integrate(const Data& data, uint32_t, Group& group, const Services& services) {
-    Vcm<W>(&group, &services, data).run();
-  }
-  static void commit(const Data& data, uint32_t stage, const CommitServices& services) {
-    Vcm<1>::commit(data, stage, services);
-  }
-};
+struct PxrVCM : RunsVcm<pxrVcm::Data> {};
 KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrVCM, .help = "Bidirectional path tracing: vertex connection and merging.",
-                  .params = pxrVcm::kParams, .setUp = setUp<pxrVcm::Data>, .stages = pxrVcm::stages,
-                  .lists = pxrVcm::lists, .passSamples = 1, .scattersInMedia = scatterInMedia)
+                  .params = pxrVcm::kParams, .setUp = setUp<pxrVcm::Data>, .stages = vcm::stagesOf<pxrVcm::Data>,
+                  .lists = vcm::listsOf<pxrVcm::Data>, .passSamples = 1, .scattersInMedia = scatterInMedia)

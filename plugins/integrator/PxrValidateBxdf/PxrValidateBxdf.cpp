@@ -28,6 +28,7 @@ KINORA_KERNELS_BEGIN
 using namespace pxrValidateBxdf;
 
 struct PxrValidateBxdf {
+  using Data = pxrValidateBxdf::Data;
   template <int W>
   static void check(const Data& k, const Services& sv, const CameraHits& hits, const Context& c, uint32_t part,
                     float* const rgb[3]) {
@@ -90,28 +91,18 @@ struct PxrValidateBxdf {
   }
 
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* sv) {
-    const Data& k = *static_cast<const Data*>(integrator);
-    const CameraHits hits(group, sv);
-    for (uint32_t x = 0; x < hits.contextCount; ++x) {
-      const Context& c = *hits.contexts[x];
-      float* rgb[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
-      for (float* p : rgb)
-        for (uint32_t i = 0; i < c.padded; ++i) p[i] = 0;
-      for (uint32_t part = 0; part < k.samples; ++part) check<W>(k, *sv, hits, c, part, rgb);
-      hits.show(c, rgb);
-    }
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
+  static void integrate(const Data& k, uint32_t, Group& group, const Services& services) {
+    const CameraHits hits(&group, &services);
+    hits.showAll([&](const Context& c, float* const rgb[3]) {
+      for (uint32_t part = 0; part < k.samples; ++part) check<W>(k, services, hits, c, part, rgb);
+    });
   }
 };
 
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrValidateBxdf, PxrValidateBxdf, IntegratorPlugin,
-              .help =
-                  "Shows where materials are unsound: red densities that disagree, green the albedo, blue broken "
-                  "samples. A sound material is pure green.",
-              .params = kParams, .setUp = setUpBy<make>)
+KINORA_INTEGRATOR(PxrValidateBxdf,
+                  .help =
+                      "Shows where materials are unsound: red densities that disagree, green the albedo, blue broken "
+                      "samples. A sound material is pure green.",
+                  .params = kParams, .setUp = setUpBy<make>)

@@ -76,6 +76,7 @@ KINORA_KERNELS_BEGIN
 using namespace pxrVisualizer;
 
 struct PxrVisualizer {
+  using Data = pxrVisualizer::Data;
   // x by a matrix's linear part (row vectors), or by its transpose for normals.
   static void turn(const MatrixValue& m, uint32_t point, bool transposed, float v[3]) {
     const uint32_t at = m.stride ? point : 0;
@@ -197,25 +198,17 @@ struct PxrVisualizer {
   }
 
   template <int W>
-  static void integrate(const void* integrator, uint32_t, Group* group, const Services* sv) {
-    const Data& k = *static_cast<const Data*>(integrator);
-    const CameraHits hits(group, sv);
-    for (uint32_t x = 0; x < hits.contextCount; ++x) {
-      const Context& c = *hits.contexts[x];
-      float* rgb[3] = {hits.floats(c.padded), hits.floats(c.padded), hits.floats(c.padded)};
+  static void integrate(const Data& k, uint32_t, Group& group, const Services& services) {
+    const CameraHits hits(&group, &services);
+    hits.showAll([&](const Context& c, float* const rgb[3]) {
       color<W>(k, hits, c, rgb);
-      if (k.wireframe) wires(k, *group, hits, c, rgb);
-      hits.show(c, rgb);
-    }
-  }
-  template <int W>
-  static constexpr IntegratorFunctions table() {
-    return IntegratorFunctions{&integrate<W>};
+      if (k.wireframe) wires(k, group, hits, c, rgb);
+    });
   }
 };
 
 KINORA_KERNELS_END
 
-KINORA_PLUGIN(PxrVisualizer, PxrVisualizer, IntegratorPlugin,
-              .help = "Shows geometry without light: shading by the view, normals, texture coordinates, edges.",
-              .params = kParams, .setUp = setUpBy<make>)
+KINORA_INTEGRATOR(PxrVisualizer,
+                  .help = "Shows geometry without light: shading by the view, normals, texture coordinates, edges.",
+                  .params = kParams, .setUp = setUpBy<make>)

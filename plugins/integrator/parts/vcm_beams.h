@@ -20,7 +20,19 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 
-template <int W>
+// What the two techniques of media count of their own share. A parameter of the kernels, so that a test can leave one
+// out and see that it is missed.
+struct VcmShares {
+  // Rays that cross a beam, by the sine of the angle between them.
+  static float ofCrossing(float sine) { return sine; }
+  // A connection, by what media let through.
+  template <int W>
+  static KN_INLINE Float<W> ofConnection(Float<W> through) {
+    return through;
+  }
+};
+
+template <int W, class Shares>
 class Beams {
  public:
   // lightPaths: PathTechniques::lightPaths.
@@ -305,7 +317,7 @@ class Beams {
           near_.inMedium(P, c.time[i], (extinction.x + extinction.y + extinction.z).lane0() * (1.f / 3));
       if (!(m.merges > 0) || x.distance > (b.isPoint() ? m.disk : m.gap)) continue;
       const float sine = Neighbourhoods<W>::sineOf(V::load(c.wo, i), V::load(wi, i)).lane0();
-      const float own = b.isPoint() ? m.cylinder : m.crossings * (o_.withoutSine ? 1.f : sine),
+      const float own = b.isPoint() ? m.cylinder : m.crossings * Shares::ofCrossing(sine),
                   all = m.merges + m.crossings * sine;
       if (!(own > 0)) continue;
       const PathSums camera = cameraSums(x.slot, depth, x.t, through[i]);

@@ -20,7 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 
-template <int W>
+// Shares: VcmShares, or what a test puts in its place.
+template <int W, class Shares = VcmShares>
 class Vcm {
  public:
   Vcm(Group* group, const Services* services, const vcm::Options& options)
@@ -39,25 +40,6 @@ class Vcm {
         readsEvents_(readsEvents(services->paths)) {}
 
   void run() { g_->stage == StageKind::LightPaths ? lightStage() : cameraStage(); }
-
-  // At the barrier behind light paths.
-  static void commit(const vcm::Options& options, uint32_t stage, const CommitServices& services) {
-    if (stage || (!options.mergesAny() && !options.beams)) return;
-    auto* index = static_cast<vcm::PassIndex*>(services.allocate(&services, sizeof(vcm::PassIndex)));
-    if (!index) return;
-    *index = {};
-    if (options.mergesAny()) {
-      const StoredRecords s = services.stored(&services, 0);
-      const vcm::Stored* all = static_cast<const vcm::Stored*>(s.records);
-      index->points =
-          MergeIndex::build(services, s.count, [all](uint64_t i) -> const Photon& { return all[i].photon; });
-    }
-    if (options.beams) {
-      const StoredRecords s = services.stored(&services, 1);
-      index->beams = vcm::BeamIndex::build(services, s.count, static_cast<const vcm::Beam*>(s.records));
-    }
-    services.setIndex(&services, index);
-  }
 
  private:
   using F = Float<W>;
@@ -583,7 +565,7 @@ class Vcm {
                                               at.get(ends_.cosine),
                                               at.get(ends_.reverse),
                                               at.get(ends_.through)},
-                                             o_.withoutEdge ? F(1.f) : F::load(through + i));
+                                             Shares::ofConnection(F::load(through + i)));
       const Vec3<W> arriving = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::get(ends_.value, at) *
                                (F(1.f) / (far * far * (F(1.f) + others)));
       // a path has this vertex, the end and those before both
@@ -701,8 +683,21 @@ class Vcm {
   EndContext* endContexts_ = nullptr;
   uint32_t endContextCount_ = 0;
   Neighbourhoods<W> near_;
-  Beams<W> beams_;
+  Beams<W, Shares> beams_;
   bool readsEvents_;  // see there
+};
+
+// An integrator that is Vcm and no more; its data are vcm::Options, or derived from them.
+template <class D, class Shares = VcmShares>
+struct RunsVcm {
+  using Data = D;
+  template <int W>
+  static void integrate(const Data& data, uint32_t, Group& group, const Services& services) {
+    Vcm<W, Shares>(&group, &services, data).run();
+  }
+  static void commit(const Data& data, uint32_t stage, const CommitServices& services) {
+    vcm::commit(data, stage, services);
+  }
 };
 
 }  // namespace HWY_NAMESPACE

@@ -26,8 +26,6 @@ struct Options {
   uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
   float clampLuminance = 10;           // largest luminance of one contribution there
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
-  bool withoutSine = false;            // for tests: rays that cross beams leave the angle out of their own share
-  bool withoutEdge = false;            // for tests: connections leave out of theirs what media let through
   bool mergesAny() const { return merges || mergesMedia; }
   bool hasLightPaths() const { return connects || mergesAny() || beams; }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
@@ -58,6 +56,35 @@ inline uint32_t lists(const Options& o, RecordList* out) {
   out[0] = {sizeof(Stored), 0};
   out[1] = {sizeof(Beam), 0};
   return !o.hasLightPaths() ? 0 : o.beams ? 2 : 1;
+}
+
+// At the barrier behind light paths.
+inline void commit(const Options& options, uint32_t stage, const CommitServices& services) {
+  if (stage || (!options.mergesAny() && !options.beams)) return;
+  auto* index = static_cast<PassIndex*>(services.allocate(&services, sizeof(PassIndex)));
+  if (!index) return;
+  *index = {};
+  if (options.mergesAny()) {
+    const StoredRecords s = services.stored(&services, 0);
+    const Stored* all = static_cast<const Stored*>(s.records);
+    index->points =
+        MergeIndex::build(services, s.count, [all](uint64_t i) -> const Photon& { return all[i].photon; });
+  }
+  if (options.beams) {
+    const StoredRecords s = services.stored(&services, 1);
+    index->beams = BeamIndex::build(services, s.count, static_cast<const Beam*>(s.records));
+  }
+  services.setIndex(&services, index);
+}
+
+// For the description of an integrator whose data D are Options or derived from them.
+template <class D>
+uint32_t stagesOf(const void* data, Stage* out, uint32_t capacity) {
+  return stages(*static_cast<const D*>(data), out, capacity);
+}
+template <class D>
+uint32_t listsOf(const void* data, RecordList* out, uint32_t) {
+  return lists(*static_cast<const D*>(data), out);
 }
 
 // Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less

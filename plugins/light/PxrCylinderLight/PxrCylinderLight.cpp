@@ -11,8 +11,11 @@
 #include <memory>
 #include <kinora/light_author.h>
 
+#include "plugins/light/parts/solid.h"
+
 #if KINORA_PLAIN
 namespace kinora::pxrCylinderLight {
+using namespace lightParts;
 constexpr auto kParams =
     joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
 constexpr float kRadius = 0.5f, kHalfLength = 0.5f;  // local
@@ -37,33 +40,15 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   const LocalFrame f = LocalFrame::of(info);
   auto light = std::make_unique<Data>();
-  const double lx = length(f.x), ly = length(f.y), lz = length(f.z), determinant = f.determinant();
   light->center = Float3(f.origin);
   light->center64 = f.origin;
-  // thinner than a millionth of its size, single precision no longer tells its sides apart
-  const double longest = std::fmax(lx, std::fmax(ly, lz));
-  const bool degenerate =
-      !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
-  if (!degenerate) {
-    // columns of the inverse are these cross products, and rows of its transpose
-    const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
-                                cross(f.x, f.y) * (1 / determinant)};
-    const Double3 rows[3] = {f.x, f.y, f.z};
-    const Double3 inverse[3] = {{normals[0].x, normals[1].x, normals[2].x},
-                                {normals[0].y, normals[1].y, normals[2].y},
-                                {normals[0].z, normals[1].z, normals[2].z}};
-    for (int i = 0; i < 3; ++i) {
-      light->rows[i] = Float3(rows[i]);
-      light->rows64[i] = rows[i];
-      light->inverse[i] = Float3(inverse[i]);
-      light->normalRows[i] = Float3(normals[i]);
-    }
-    light->determinant = float(std::fabs(determinant));
-    light->axis = Float3(normalized(f.z));
-    const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
-    light->rounding = float(1.5e-6 * std::fmin(longest * shrink, 100));
-    const bool kept = std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-                      std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+  const SolidFrame frame(f);
+  if (!frame.isDegenerate) {
+    frame.place(*light);
+    for (int i = 0; i < 3; ++i) light->rows64[i] = frame.rows[i];
+    light->rounding = frame.rounding(1.5e-6);
+    const bool kept = frame.keepsShape();
+    const double lx = frame.lengths[0];
     if (kept) {
       light->scale = lx;
       light->area = kPi * lx * lx;
@@ -77,20 +62,8 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
       light->boundingRadius = std::fmax(light->boundingRadius, length(rim) * (1 + 1e-6));
     }
   }
-  light->common = LightCommon::of(values, light->area);
-  light->shaping = Shaping::of(values, true);
-  values.warnNoEffect();
-  if (degenerate)
-    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
-  else
-    light->isBlack = light->common.isBlack();
+  setSolidLight(values, frame, *light);
   return light;
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
-  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
 }
 
 // Of a cylinder wholly above the receiver's horizon; -1 for other cases. Over phi by quadrature, in each slice by the
@@ -318,4 +291,5 @@ KINORA_LIGHT(PxrCylinderLight,
                  "Wall of the cylinder of radius 0.5 and length 1 along local X, emitting outwards; its ends are "
                  "open and dark. Focus and cone are measured from local +Z (emissionFocusNormalize as for a sphere); "
                  "a coneAngle of 90 cuts nothing.",
-             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)
+             .params = kParams, .setUp = setUpBy<make>, .describe = describeSolidLight<Data>,
+             .irradiance = irradiance)

@@ -26,6 +26,7 @@
 #include "plugins/light/parts/grey_sky.h"
 #include "plugins/light/parts/mis_compensation.h"
 #include "plugins/light/parts/sky_axes.h"
+#include "plugins/light/parts/sky_kernel.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrDomeLight {
@@ -233,14 +234,6 @@ KN_INLINE Int<W> find(const float* cdf, Int<W> offset, const int32_t* guide, Int
 }
 
 struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
-  template <int W>
-  static KN_INLINE Vec3<W> toLocal(const Data& k, Vec3<W> d) {
-    return {dot(d, wide<W>(k.axis[0])), dot(d, wide<W>(k.axis[1])), dot(d, wide<W>(k.axis[2]))};
-  }
-  template <int W>
-  static KN_INLINE Vec3<W> toRender(const Data& k, Vec3<W> l) {
-    return fma(wide<W>(k.axis[0]), l.x, fma(wide<W>(k.axis[1]), l.y, wide<W>(k.axis[2]) * l.z));
-  }
   // Radiance and density in one direction: sample, evaluate and emit all come here, so that they cannot disagree.
   template <int W>
   static KN_INLINE void at(const Data& k, Vec3<W> d, Rgb<W>& l, Float<W>& pdf) {
@@ -250,7 +243,7 @@ struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
     pdf = F(kInvFourPi);
     if (!k.map.valid()) return;
     F u, v;
-    toDomeMap(toLocal<W>(k, d), u, v);
+    toDomeMap(toSky<W>(k.axis, d), u, v);
     l = l * lookUp<W, true>(k.map, u, v);
     const F none(0.f);
     const I column = toInt(clamp(u * F(float(k.columns)), none, F(float(k.columns - 1))));
@@ -275,7 +268,7 @@ struct PxrDomeLight : DirectionalLight<PxrDomeLight, pxrDomeLight::Data> {
     const F s = safeSqrt(fromPole * (F(2.f) - fromPole));
     F sine, cosine;
     sincos((toFloat(column) + across) * F(-kTwoPi / float(k.columns)), sine, cosine);
-    return normalize(toRender<W>(k, Vec3<W>(s * cosine, s * sine, z)));
+    return normalize(fromSky<W>(k.axis, Vec3<W>(s * cosine, s * sine, z)));
   }
 };
 

@@ -17,6 +17,7 @@
 
 #include "plugins/light/parts/mis_compensation.h"
 #include "plugins/light/parts/sky_axes.h"
+#include "plugins/light/parts/sky_kernel.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrEnvDayLight {
@@ -92,15 +93,6 @@ KN_INLINE Float<W> perez(const Perez& p, Float<W> inverseCosine, Float<W> gamma,
 }
 
 struct PxrEnvDayLight : DirectionalLight<PxrEnvDayLight, pxrEnvDayLight::Data> {
-  template <int W>
-  static KN_INLINE Vec3<W> toLocal(const Data& k, Vec3<W> d) {
-    return {dot(d, wide<W>(k.axis[0])), dot(d, wide<W>(k.axis[1])), dot(d, wide<W>(k.axis[2]))};
-  }
-  template <int W>
-  static KN_INLINE Vec3<W> toRender(const Data& k, Vec3<W> l) {
-    return fma(wide<W>(k.axis[0]), l.x, fma(wide<W>(k.axis[1]), l.y, wide<W>(k.axis[2]) * l.z));
-  }
-
   // Sky and ground without the sun's disc, local direction.
   template <int W>
   static KN_INLINE Rgb<W> sky(const Data& k, Vec3<W> l) {
@@ -128,7 +120,7 @@ struct PxrEnvDayLight : DirectionalLight<PxrEnvDayLight, pxrEnvDayLight::Data> {
   static KN_INLINE void at(const Data& k, Vec3<W> d, Rgb<W>& radiance, Float<W>& pdf) {
     using F = Float<W>;
     using I = Int<W>;
-    const Vec3<W> l = toLocal<W>(k, d);
+    const Vec3<W> l = toSky<W>(k.axis, d);
     radiance = sky<W>(k, l);
     pdf = F(0.f);
     if (!k.density.empty()) {
@@ -170,7 +162,7 @@ struct PxrEnvDayLight : DirectionalLight<PxrEnvDayLight, pxrEnvDayLight::Data> {
       const Frame<W> disc(wide<W>(k.sun));
       l = select(toSun, disc.toWorld(uniformCone(u, v, F(k.sunOneMinusCos))), l);
     }
-    return normalize(toRender<W>(k, l));
+    return normalize(fromSky<W>(k.axis, l));
   }
 };
 

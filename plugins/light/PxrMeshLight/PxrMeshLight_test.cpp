@@ -74,14 +74,7 @@ TEST(PxrMeshLight, DensitiesAgreeAndPowerIsTheArea) {
   const LightMesh mesh = dome.mesh();
   TestLight light(kName, {set("emissionFocus", 1)}, identity(), nullptr, &mesh);
   std::vector<Vec> points = pointsAround(light, 200, 1.05, 100);
-  Rays r(uint32_t(points.size()) * 64);
-  for (uint32_t i = 0; i < r.n; ++i)
-    for (int c = 0; c < 3; ++c) r.a[c][i] = float(points[i / 64][size_t(c)]);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> u(0, 1 - 6e-8);
-  for (uint32_t i = 0; i < r.n; ++i) r.a[3][i] = float(u(random)), r.a[4][i] = float(u(random));
-  light.sample(r);
-  light.evaluate(r);
+  const Rays r = sampledAndEvaluated(light, points, 64);
   // on the edges of triangles either neighbour may be hit, which differ in density and cosine a little
   uint32_t wrong = 0, sampled = 0;
   for (uint32_t i = 0; i < r.n; ++i) {

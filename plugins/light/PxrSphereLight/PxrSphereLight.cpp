@@ -7,8 +7,11 @@
 #include <memory>
 #include <kinora/light_author.h>
 
+#include "plugins/light/parts/solid.h"
+
 #if KINORA_PLAIN
 namespace kinora::pxrSphereLight {
+using namespace lightParts;
 constexpr auto kParams =
     joinParams(lightParams::kRadiance, lightParams::kNormalize, lightParams::kShaping, lightParams::kControl);
 constexpr float kRadius = 0.5f;  // local
@@ -28,45 +31,19 @@ struct alignas(64) Data {
   double area = 0, boundingRadius = 0, sphereRadius = 0;  // sphereRadius: 0 for ellipsoids
 };
 
-// Rows of the inverse of the matrix with rows x, y, z. The determinant is not zero.
-void invert(const LocalFrame& f, double determinant, Double3 rows[3]) {
-  const Double3 yz = cross(f.y, f.z) * (1 / determinant), zx = cross(f.z, f.x) * (1 / determinant),
-                xy = cross(f.x, f.y) * (1 / determinant);
-  rows[0] = {yz.x, zx.x, xy.x};
-  rows[1] = {yz.y, zx.y, xy.y};
-  rows[2] = {yz.z, zx.z, xy.z};
-}
-
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   const LocalFrame f = LocalFrame::of(info);
   auto light = std::make_unique<Data>();
-  const double lx = length(f.x), ly = length(f.y), lz = length(f.z);
-  const double determinant = f.determinant();
   light->center = Float3(f.origin);
-  // thinner than a millionth of its size, single precision no longer tells its sides apart
-  const double longest = std::fmax(lx, std::fmax(ly, lz));
-  const bool degenerate =
-      !(std::fabs(determinant) > 1e-36) || !(std::fabs(determinant) > 1e-6 * longest * longest * longest);
-  if (!degenerate) {
-    Double3 inverse[3];
-    invert(f, determinant, inverse);
-    const Double3 rows[3] = {f.x, f.y, f.z};
-    const Double3 normals[3] = {cross(f.y, f.z) * (1 / determinant), cross(f.z, f.x) * (1 / determinant),
-                                cross(f.x, f.y) * (1 / determinant)};
-    for (int i = 0; i < 3; ++i) {
-      light->rows[i] = Float3(rows[i]);
-      light->inverse[i] = Float3(inverse[i]);
-      light->normalRows[i] = Float3(normals[i]);
-    }
-    light->determinant = float(std::fabs(determinant));
-    light->axis = Float3(normalized(f.z));
-    const double shrink = std::fmax(length(inverse[0]), std::fmax(length(inverse[1]), length(inverse[2])));
-    light->rounding = float(4e-7 * std::fmin(longest * shrink, 100));
+  const SolidFrame frame(f);
+  if (!frame.isDegenerate) {
+    frame.place(*light);
+    light->rounding = frame.rounding(4e-7);
+    const double lx = frame.lengths[0], ly = frame.lengths[1], lz = frame.lengths[2];
     light->boundingRadius = 0.5 * std::sqrt(lx * lx + ly * ly + lz * lz);
-    const bool round =
-        std::fabs(lx - ly) < 1e-6 * lx && std::fabs(lx - lz) < 1e-6 * lx &&
-        std::fabs(dot(f.x, f.y)) + std::fabs(dot(f.y, f.z)) + std::fabs(dot(f.z, f.x)) < 1e-6 * lx * lx;
+    const bool round = frame.keepsShape();
+    const Double3* const normals = frame.normals;
     // surface: the integral of |det M| |n M^-T| over the local sphere
     constexpr int kRings = 512, kSteps = 128;
     double sum = 0;
@@ -76,27 +53,15 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
         const double phi = 6.283185307179586 * (j + 0.5) / kSteps;
         sum += length(normals[0] * (s * std::cos(phi)) + normals[1] * (s * std::sin(phi)) + normals[2] * z);
       }
-    light->area = 3.14159265358979 * std::fabs(determinant) * sum / (kRings * kSteps);
+    light->area = 3.14159265358979 * std::fabs(frame.determinant) * sum / (kRings * kSteps);
     if (round) {
       light->sphereRadius = light->boundingRadius = 0.5 * lx;
       light->area = 3.14159265358979 * lx * lx;
     }
   }
-  light->common = LightCommon::of(values, light->area);
-  light->shaping = Shaping::of(values, true);
+  setSolidLight(values, frame, *light);
   light->isShaped = light->shaping.focused || light->shaping.coned;
-  values.warnNoEffect();
-  if (degenerate)
-    values.warn("LIGHT-DEGENERATE", "the light's transformation leaves it no volume", "the light is black");
-  else
-    light->isBlack = light->common.isBlack();
   return light;
-}
-
-void describe(const void* data, LightDescription* d) {
-  const Data& k = *static_cast<const Data*>(data);
-  *d = describeSurfaceLight(k.common, k.shaping, k.isBlack, k.center, k.boundingRadius * (1 + 1e-6), k.area);
-  describeClosedEmission(*d, k.shaping, {k.axis.x, k.axis.y, k.axis.z});
 }
 
 // pi L (r / d)^2 cos for a sphere wholly above the receiver's horizon; -1 for other cases.
@@ -272,4 +237,5 @@ KINORA_LIGHT(PxrSphereLight,
              .help =
                  "Sphere of local radius 0.5 (an ellipsoid when scaled unevenly), emitting outwards. Focus and cone "
                  "are measured from local +Z; a coneAngle of 90, the default, cuts nothing.",
-             .params = kParams, .setUp = setUpBy<make>, .describe = describe, .irradiance = irradiance)
+             .params = kParams, .setUp = setUpBy<make>, .describe = describeSolidLight<Data>,
+             .irradiance = irradiance)

@@ -1,6 +1,8 @@
 // PxrColorGrade: (c - black) / (white - black), times multiply and gain, plus lift and offset, gamma, clamps; mask
 // blends from the ungraded colour. The grade of PxrGradeSampleFilter on what a network computes.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrColorGrade/PxrColorGrade.cpp"
+#include <kinora/grade_params.h>
+#include <kinora/named_values.h>
 #include <kinora/pattern_author.h>
 
 KINORA_KERNELS_BEGIN
@@ -18,25 +20,14 @@ enum : uint32_t {
   kClampWhite,
   kMask
 };
-constexpr Param kParams[] = {
-    param::color("inputColor", 0.f).help("Colour to grade."),
-    param::color("blackPoint", 0.f).help("Becomes black."),
-    param::color("whitePoint", 1.f).help("Becomes white."),
-    param::color("lift", 0.f).range(-1, 1).help("Added after the gain."),
-    param::color("gain", 1.f).range(0, 4).help("Factor."),
-    param::color("multiply", 1.f).range(0, 4).help("Factor."),
-    param::color("offset", 0.f).range(-1, 1).help("Added after the gain."),
-    param::color("gamma", 1.f)
-        .range(0.1f, 4)
-        .help("The colour becomes itself to the power 1 / gamma; 1 changes nothing."),
-    param::integer("clampBlack", 1).range(0, 1).options("0 off, 1 on").help("Cuts negative colours."),
-    param::integer("clampWhite", 0).range(0, 1).options("0 off, 1 on").help("Cuts colours above 1."),
-    param::color("mask", 1.f).help("0 keeps the colour, 1 grades it."),
+constexpr std::array kInput = {param::color("inputColor", 0.f).help("Colour to grade.")};
+constexpr std::array kOutputs = {
     param::output(Type::Color, "resultRGB"),
     param::output(Type::Float, "resultR"),
     param::output(Type::Float, "resultG"),
     param::output(Type::Float, "resultB"),
 };
+constexpr auto kParams = joinParams(kInput, gradeParams::kGrade, kOutputs);
 
 struct PxrColorGrade {
   static constexpr uint32_t kComponents = 3;

@@ -62,8 +62,6 @@ class Place2D {
     return !hasAxes() &&
            allUniform({&angle_, &scaleS_, &scaleT_, &offsetS_, &offsetT_, &global_, &inS_, &inT_, &inRadius_});
   }
-  bool invertsS() const { return invertS_; }
-  bool invertsT() const { return invertT_; }
   // Turned, scaled and shifted; not inverted, since nodes that cut the plane into tiles invert within those.
   template <int W>
   KN_INLINE void at(At at, Float<W>& s, Float<W>& t, Float<W>& radius) const {

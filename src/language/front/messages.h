@@ -28,7 +28,6 @@ class Messages {
   uint16_t addFile(const std::string& name, std::string text);
   std::string_view text(uint16_t file) const { return files_[file].text; }
   const std::string& nameOf(uint16_t file) const { return *files_[file].name; }
-  size_t fileCount() const { return files_.size(); }
   SourcePos sourcePos(Pos) const;
 
   void error(Pos, std::string text);

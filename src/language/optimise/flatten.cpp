@@ -2,6 +2,7 @@
 #include <unordered_map>
 
 #include "language/optimise/group.h"
+#include "language/optimise/instruction.h"
 #include "language/optimise/optimise.h"
 #include "language/optimise/settings.h"
 #include "language/optimise/walk.h"
@@ -259,14 +260,6 @@ class Flattener {
     return globals_[symbol.name] = addSymbol(symbol, -1);
   }
 
-  static Instruction make(Opcode op, std::vector<SymbolId> arguments, int32_t layer) {
-    Instruction in;
-    in.opcode = op;
-    in.arguments = std::move(arguments);
-    in.layer = layer;
-    return in;
-  }
-
   // Elements that an array without a length is given; 0: none, its default is {}.
   int32_t elementsGiven(int32_t layer, SymbolId id) const {
     const Layer& l = group_.layers[size_t(layer)];
@@ -316,7 +309,7 @@ class Flattener {
             const SymbolId given = map[i];
             made.kind = SymbolKind::Local;
             map[i] = addSymbol(std::move(made), layer);
-            setup.code.push_back(make(Opcode::Assign, {map[i], given}, layer));
+            setup.code.push_back(makeInstruction(Opcode::Assign, {map[i], given}, layer));
           }
           continue;
         case SymbolKind::Local:
@@ -393,8 +386,8 @@ class Flattener {
       if (!isParam(s)) continue;
       if (nextLiteral < literals.size() && literals[nextLiteral].first == SymbolId(i)) {
         const bool isArray = flat_.code.symbols[size_t(map[i])].type.arrayLength != 0;
-        setup.code.push_back(
-            make(isArray ? Opcode::ArrayCopy : Opcode::Assign, {map[i], literals[nextLiteral++].second}, layer));
+        setup.code.push_back(makeInstruction(isArray ? Opcode::ArrayCopy : Opcode::Assign,
+                                             {map[i], literals[nextLiteral++].second}, layer));
       }
       const auto part = partial.find(SymbolId(i));
       const bool given = wholly[i] || settingOf(l, s.name) ||
@@ -403,9 +396,9 @@ class Flattener {
         for (const Initialiser& init : shader.initialisers)
           if (init.parameter == SymbolId(i)) append(shader, layer, init.code, setup);
       if (part != partial.end()) {
-        Instruction branch = make(Opcode::If, {part->second.second}, layer);
+        Instruction branch = makeInstruction(Opcode::If, {part->second.second}, layer);
         branch.blocks.resize(2);
-        branch.blocks[0].code = {make(Opcode::Assign, {map[i], part->second.first}, layer)};
+        branch.blocks[0].code = {makeInstruction(Opcode::Assign, {map[i], part->second.first}, layer)};
         setup.code.push_back(std::move(branch));
       }
     }
@@ -420,7 +413,7 @@ class Flattener {
         temp.kind = SymbolKind::Temp;
         temp.type = wanted;
         const SymbolId converted = addSymbol(std::move(temp), layer);
-        setup.code.push_back(make(Opcode::Assign, {converted, part}, layer));
+        setup.code.push_back(makeInstruction(Opcode::Assign, {converted, part}, layer));
         part = converted;
       }
       setComponent(setup, layer, map[size_t(link.to)], link.toComponent, part);
@@ -442,19 +435,21 @@ class Flattener {
   }
   void component(Block& code, int32_t layer, SymbolId to, SymbolId from, int32_t c) {
     if (flat_.code.symbols[size_t(from)].type.arrayLength)
-      code.code.push_back(make(Opcode::ArrayRef, {to, from, intConstant(c)}, layer));
+      code.code.push_back(makeInstruction(Opcode::ArrayRef, {to, from, intConstant(c)}, layer));
     else if (flat_.code.symbols[size_t(from)].type.base == Base::Matrix)
-      code.code.push_back(make(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
+      code.code.push_back(
+          makeInstruction(Opcode::MatrixRef, {to, from, intConstant(c / 4), intConstant(c % 4)}, layer));
     else
-      code.code.push_back(make(Opcode::ComponentRef, {to, from, intConstant(c)}, layer));
+      code.code.push_back(makeInstruction(Opcode::ComponentRef, {to, from, intConstant(c)}, layer));
   }
   void setComponent(Block& code, int32_t layer, SymbolId to, int32_t c, SymbolId from) {
     if (flat_.code.symbols[size_t(to)].type.arrayLength)
-      code.code.push_back(make(Opcode::ArrayAssign, {to, intConstant(c), from}, layer));
+      code.code.push_back(makeInstruction(Opcode::ArrayAssign, {to, intConstant(c), from}, layer));
     else if (flat_.code.symbols[size_t(to)].type.base == Base::Matrix)
-      code.code.push_back(make(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
+      code.code.push_back(
+          makeInstruction(Opcode::MatrixAssign, {to, intConstant(c / 4), intConstant(c % 4), from}, layer));
     else
-      code.code.push_back(make(Opcode::ComponentAssign, {to, intConstant(c), from}, layer));
+      code.code.push_back(makeInstruction(Opcode::ComponentAssign, {to, intConstant(c), from}, layer));
   }
   SymbolId intConstant(int32_t i) {
     const SymbolId id = pool_.ofInt(i);
@@ -634,12 +629,12 @@ class Flattener {
         Block code;
         const SymbolId from = partOf(link, code);
         for (Instruction& in : code.code) ends.push_back(std::move(in));
-        ends.push_back(make(flat_.code.symbols[size_t(to)].type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign,
-                            {to, from}, layer));
+        ends.push_back(makeInstruction(
+            flat_.code.symbols[size_t(to)].type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign, {to, from}, layer));
         given.push_back(to);
       }
       for (const SymbolId to : given) provider_[size_t(to)] = layer;
-      Instruction call = make(Opcode::Call, {pool_.ofString(group_.layers[size_t(layer)].name)}, layer);
+      Instruction call = makeInstruction(Opcode::Call, {pool_.ofString(group_.layers[size_t(layer)].name)}, layer);
       provider_.resize(flat_.code.symbols.size(), -1);
       call.arguments.push_back(call.arguments[0]);  // two: a layer, which `exit` leaves
       call.blocks.push_back(std::move(own));

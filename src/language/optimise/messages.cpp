@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "language/optimise/instruction.h"
 #include "language/optimise/optimise.h"
 
 namespace kinora::language {
@@ -44,13 +45,6 @@ class MessageLinker {
     shader_.symbols[size_t(id)].kind = SymbolKind::Temp;
     return id;
   }
-  static Instruction make(Opcode op, std::vector<SymbolId> arguments, int32_t layer) {
-    Instruction in;
-    in.opcode = op;
-    in.arguments = std::move(arguments);
-    in.layer = layer;
-    return in;
-  }
   void link(Block& block) {
     for (size_t at = 0; at < block.code.size(); ++at) {
       for (Block& inner : block.code[at].blocks) link(inner);
@@ -71,11 +65,11 @@ class MessageLinker {
       const Opcode copy = type.arrayLength ? Opcode::ArrayCopy : Opcode::Assign;
       std::vector<Instruction> made;
       const auto emit = [&](std::vector<Instruction>& to, Opcode op, std::vector<SymbolId> arguments) {
-        to.push_back(make(op, std::move(arguments), in.layer));
+        to.push_back(makeInstruction(op, std::move(arguments), in.layer));
         to.back().pos = in.pos;
       };
       const auto branch = [&](std::vector<Instruction>& to, SymbolId condition) -> Instruction& {
-        to.push_back(make(Opcode::If, {condition}, in.layer));
+        to.push_back(makeInstruction(Opcode::If, {condition}, in.layer));
         to.back().blocks.resize(2);
         return to.back();
       };

@@ -1,0 +1,24 @@
+// The numbers of a grade, as the pattern and the filters of that name have them.
+#pragma once
+#include <kinora/plugin.h>
+
+#include <array>
+
+namespace kinora::gradeParams {
+
+inline constexpr std::array kGrade = {
+    param::color("blackPoint", 0.f).help("Becomes black."),
+    param::color("whitePoint", 1.f).help("Becomes white."),
+    param::color("lift", 0.f).range(-1, 1).help("Added after the gain."),
+    param::color("gain", 1.f).range(0, 4).help("Factor."),
+    param::color("multiply", 1.f).range(0, 4).help("Factor."),
+    param::color("offset", 0.f).range(-1, 1).help("Added after the gain."),
+    param::color("gamma", 1.f)
+        .range(0.1f, 4)
+        .help("The colour becomes itself to the power 1 / gamma; 1 changes nothing."),
+    param::integer("clampBlack", 1).range(0, 1).options("0 off, 1 on").help("Cuts negative colours."),
+    param::integer("clampWhite", 0).range(0, 1).options("0 off, 1 on").help("Cuts colours above 1."),
+    param::color("mask", 1.f).help("0 keeps the colour, 1 grades it."),
+};
+
+}  // namespace kinora::gradeParams

@@ -1,0 +1,103 @@
+// What archives and programs that write RIB leave in the scene description.
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <variant>
+
+#include "rib/test_support.h"
+
+namespace kinora::rib {
+namespace {
+
+using namespace scene;
+
+TEST(Archives, InlineOnesAreReplayedAndSubstituted) {
+  const Read r = readWorld(R"(ArchiveBegin "ball"
+ArchiveBegin "inner"
+Sphere 1 -1 1 360
+ArchiveEnd
+Attribute "identifier" "string name" ["${user:who}"]
+ReadArchive "inner"
+ArchiveEnd
+Attribute "user" "string who" ["ann"]
+ReadArchive "ball"
+Attribute "user" "string who" ["bob"]
+ReadArchive "ball")");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 2u);
+  EXPECT_EQ(r.primitive(0).name(), "ann");
+  EXPECT_EQ(r.primitive(1).name(), "bob");
+}
+
+TEST(Archives, DelayedOnesAreReadInAScopeOfTheirOwn) {
+  const Read r = readWorld(
+      "ArchiveBegin \"a\"\nColor 1 0 0\nTranslate 1 0 0\nSphere 1 -1 1 360\nArchiveEnd\n"
+      "Procedural \"DelayedReadArchive\" [\"a\"] [0 1 0 1 0 1]\n"
+      "Procedural2 \"DelayedReadArchive2\" \"SimpleBound\" \"string filename\" [\"a\"] \"float[6] bound\" [0 1 0 1 0 "
+      "1]\n"
+      "Sphere 2 -2 2 360");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 3u);
+  EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
+  EXPECT_FALSE(r.primitive(2).attributes->color);
+  EXPECT_EQ(r.primitive(2).toWorld.matrices[0], Matrix());
+}
+
+TEST(Programs, AreRunWhereThatIsAllowed) {
+  const std::string file = ::testing::TempDir() + "made_by_the_program";
+  std::filesystem::remove(file);
+  const std::string touch =
+      "Procedural \"RunProgram\" [\"touch " + file + "\" \"\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360";
+  const Read without = readWorld(touch);
+  expectMessage(without, "RIB-KEPT-PROGRAM", 2);
+  EXPECT_EQ(without.world().primitives.size(), 2u) << "it is kept, for whoever writes the scene again";
+  EXPECT_FALSE(std::filesystem::exists(file)) << "it was run all the same";
+  ReadOptions allowed;
+  allowed.allowExec = true;
+  readWorld(touch, allowed);
+  EXPECT_TRUE(std::filesystem::exists(file));
+  std::filesystem::remove(file);
+
+  // detail and data come to it, and after a byte 255 it is waited for no longer
+  const std::string script = ::testing::TempDir() + "disk_maker";
+  std::ofstream(script)
+      << "#!/bin/sh\nread detail radius\necho Color 0 0 1\necho Disk 0 $radius 360\nprintf '\\377'\nsleep 1000\n";
+  std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  const Read r = readWorld(
+      "Color 1 0 0\nProcedural \"RunProgram\" [\"" + script + "\" \"2\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360", allowed);
+  ASSERT_EQ(r.world().primitives.size(), 2u) << r.all();
+  const auto& disk = std::get<Quadric>(r.primitive(0).shape);
+  EXPECT_EQ(disk.kind, Quadric::Kind::Disk);
+  EXPECT_EQ(disk.args[1], 2);
+  EXPECT_EQ((*r.primitive(1).attributes->color)[0], 1) << "attributes are as they were";
+}
+
+TEST(Programs, ThatFailAreLeftOut) {
+  ReadOptions allowed;
+  allowed.allowExec = true;
+  allowed.programSeconds = .5;
+  for (const char* command : {"/nowhere/at/all", "false", "sleep 1000", "   ", "", "yes"}) {
+    const auto start = std::chrono::steady_clock::now();
+    const Read r = readWorld(
+        "Procedural \"RunProgram\" [\"" + std::string(command) + "\" \"x\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360",
+        allowed);
+    EXPECT_EQ(r.count("RIB-PROGRAM"), 1u) << command << "\n" << r.all();
+    EXPECT_EQ(r.world().primitives.size(), 1u) << command;
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 20) << command;
+  }
+  // garbage is what garbage in a file is; one that answers with itself is run once
+  const Read garbage =
+      readWorld("Procedural \"RunProgram\" [\"echo )(]\" \"x\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360", allowed);
+  EXPECT_FALSE(garbage.messages.empty());
+  EXPECT_EQ(garbage.world().primitives.size(), 1u);
+  allowed.programSeconds = 20;
+  const std::string again =
+      "Procedural \"RunProgram\" [\"cat " + ::testing::TempDir() + "again.rib\" \"x\"] [0 1 0 1 0 1]\n";
+  std::ofstream(::testing::TempDir() + "again.rib") << again;
+  const Read recursive = readWorld(again + "Sphere 2 -2 2 360", allowed);
+  EXPECT_EQ(recursive.count("RIB-RECURSION"), 1u) << recursive.all();
+}
+
+}  // namespace
+}  // namespace kinora::rib

@@ -1,0 +1,157 @@
+// What transforms, coordinate systems and motion blocks leave in the scene description.
+#include <string>
+#include <vector>
+
+#include "rib/test_support.h"
+
+namespace kinora::rib {
+namespace {
+
+using namespace scene;
+
+TEST(Transforms, EachRequest) {
+  const auto at = [](const char* request, Imath::V3d p) {
+    const Read r = readWorld(std::string(request) + "\nSphere 1 -1 1 360");
+    EXPECT_TRUE(r.messages.empty()) << r.all();
+    Imath::V3d q;
+    r.primitive().toWorld.matrices[0].multVecMatrix(p, q);
+    return q;
+  };
+  const auto near = [](Imath::V3d a, Imath::V3d b) { return a.equalWithAbsError(b, 1e-12); };
+  EXPECT_TRUE(near(at("Translate 1 2 3", {1, 1, 1}), {2, 3, 4}));
+  EXPECT_TRUE(near(at("Scale 1 2 3", {1, 1, 1}), {1, 2, 3}));
+  EXPECT_TRUE(near(at("Rotate 90 0 0 1", {1, 0, 0}), {0, 1, 0}));
+  EXPECT_TRUE(near(at("Rotate 90 1 0 0", {0, 1, 0}), {0, 0, 1}));
+  EXPECT_TRUE(near(at("Translate 1 0 0 Scale 2 2 2", {1, 0, 0}), {3, 0, 0})) << "the latest request acts first";
+  EXPECT_TRUE(near(at("Scale 9 9 9 Transform [1 0 0 0 0 1 0 0 0 0 1 0 4 5 6 1]", {1, 1, 1}), {5, 6, 7}));
+  EXPECT_TRUE(near(at("Translate 1 0 0 ConcatTransform 1 0 0 0  0 1 0 0  0 0 1 0  4 5 6 1", {0, 0, 0}), {5, 5, 6}));
+  EXPECT_TRUE(near(at("Translate 1 0 0 Identity", {0, 0, 1}), {0, 0, 1}));
+  EXPECT_TRUE(near(at("Skew 45 0 1 0 1 0 0", {0, 1, 0}), {1, 1, 0}));
+  EXPECT_TRUE(near(at("Translate 1e6 0 0 Translate 0.001 0 0", {0, 0, 0}), {1000000.001, 0, 0}))
+      << "transforms are double";
+  EXPECT_TRUE(near(at("TransformBegin Translate 5 5 5 TransformEnd", {1, 0, 0}), {1, 0, 0}));
+  const auto persp = at("Perspective 90", {1, 1, 2});
+  EXPECT_TRUE(near(persp, {0.5, 0.5, 0.5}));
+}
+
+TEST(Transforms, CoordinateSystems) {
+  const Read r = readRib(R"(Translate 0 0 5
+CoordinateSystem "behind"
+WorldBegin
+AttributeBegin
+Translate 1 0 0
+CoordinateSystem "mark"
+AttributeEnd
+AttributeBegin
+Translate 0 7 0
+ScopedCoordinateSystem "scoped"
+Sphere 1 -1 1 360
+AttributeEnd
+CoordSysTransform "mark"
+Sphere 1 -1 1 360
+CoordSysTransform "camera"
+Sphere 1 -1 1 360
+WorldEnd)");
+  expectClean(r);
+  const auto& spaces = r.world().coordinateSystems;
+  EXPECT_EQ(spaces.at("mark").matrices[0][3][0], 1);
+  EXPECT_EQ(spaces.at("camera").matrices[0][3][2], -5);
+  EXPECT_EQ(spaces.at("world").matrices[0], Matrix());
+  EXPECT_EQ(spaces.at("behind").matrices[0], Matrix()) << "named before the world: the place of the world's origin";
+  EXPECT_EQ(r.primitive(0).attributes->coordinateSystems->at("scoped").matrices[0][3][1], 7);
+  EXPECT_EQ(r.primitive(1).toWorld.matrices[0][3][0], 1);
+  EXPECT_EQ(r.primitive(1).attributes->coordinateSystems, nullptr);
+  EXPECT_EQ(r.primitive(2).toWorld.matrices[0][3][2], -5);
+}
+
+// Those of a scope have a name for patterns too, the first of that name; those of objects stand in each of its places.
+TEST(Transforms, CoordinateSystemsOfScopes) {
+  const Read r = readRib(R"(WorldBegin
+AttributeBegin
+Translate 1 0 0
+ScopedCoordinateSystem "a"
+AttributeEnd
+AttributeBegin
+Translate 1 0 0
+ScopedCoordinateSystem "a"
+Translate 1 0 0
+ScopedCoordinateSystem "a"
+CoordSysTransform "a"
+Sphere 1 -1 1 360
+AttributeEnd
+ObjectBegin "o"
+Translate 0 3 0
+CoordinateSystem "b"
+ScopedCoordinateSystem "c"
+Sphere 1 -1 1 360
+ObjectEnd
+ObjectInstance "o"
+WorldEnd)");
+  expectMessage(r, "RIB-COORDSYS", 10);
+  const auto& spaces = r.world().coordinateSystems;
+  EXPECT_EQ(spaces.at("a").matrices[0][3][0], 1);
+  EXPECT_EQ(spaces.count("c"), 0u);
+  EXPECT_EQ(r.primitive(0).toWorld.matrices[0][3][0], 2);
+  const auto& inside = *r.world().prototypes.at(0).primitives.at(0)->attributes->coordinateSystems;
+  EXPECT_EQ(inside.size(), 2u);
+  EXPECT_EQ(inside.at("b").matrices[0][3][1], 3);
+  EXPECT_EQ(inside.at("c").matrices[0][3][1], 3);
+}
+
+TEST(Motion, TransformsCamerasAndGeometry) {
+  const Read r = readRib(R"(MotionBegin [0 1]
+Translate 0 0 5
+Translate 0 0 6
+MotionEnd
+WorldBegin
+AttributeBegin
+MotionBegin [0 0.5 1]
+Translate 0 0 0
+Translate 1 0 0
+Translate 5 0 0
+MotionEnd
+Sphere 1 -1 1 360
+AttributeEnd
+MotionBegin [0 1]
+Polygon "P" [0 0 0 1 0 0 0 1 0]
+Polygon "P" [0 0 1 1 0 1 0 1 1]
+MotionEnd
+MotionBegin [0 1]
+Sphere 1 -1 1 360
+Sphere 2 -2 2 360
+MotionEnd
+WorldEnd)");
+  expectClean(r);
+  EXPECT_EQ(r.world().cameras[0].worldToCamera.times, (std::vector<double>{0, 1}));
+  EXPECT_EQ(r.world().cameras[0].worldToCamera.at(0.5)[3][2], 5.5);
+  EXPECT_EQ(r.primitive(0).toWorld.at(0.75)[3][0], 3);
+  EXPECT_EQ(r.primitive(0).toWorld.at(9)[3][0], 5);
+  const Primitive& p = r.primitive(1);
+  ASSERT_EQ(p.motion.size(), 1u);
+  EXPECT_EQ(p.times, (std::vector<double>{0, 1}));
+  EXPECT_EQ(p.motion[0].getFloats("P")[2], 1);
+  EXPECT_EQ(r.primitive(2).motion[0].getFloats("__quadric")[0], 2);
+}
+
+TEST(Motion, RotationsStayOnTheirArc) {
+  for (const char* block :
+       {"Rotate 0 0 0 1\nRotate 180 0 0 1", "Rotate 0 0 0 1\nRotate 720 0 0 1",
+        "ConcatTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]\nConcatTransform [0 1 0 0 -1 0 0 0 0 0 1 0 3 0 0 1]",
+        "Rotate 20 1 0 0\nRotate 50 0 1 0"}) {
+    const Read r = readWorld(std::string("MotionBegin [0 1]\n") + block + "\nMotionEnd\nSphere 1 -1 1 360");
+    EXPECT_TRUE(r.messages.empty()) << r.all();
+    const auto& t = r.primitive().toWorld;
+    for (double time = 0; time <= 1; time += 0.00731) {
+      Imath::V3d d;
+      t.at(time).multDirMatrix(Imath::V3d(1, 0, 0), d);
+      EXPECT_NEAR(d.length(), 1, 1e-4) << block << " at " << time;
+    }
+  }
+  const Read r = readWorld("MotionBegin [0 1]\nRotate 0 0 0 1\nRotate 720 0 0 1\nMotionEnd\nSphere 1 -1 1 360");
+  Imath::V3d d;
+  r.primitive().toWorld.at(0.125).multDirMatrix(Imath::V3d(1, 0, 0), d);
+  EXPECT_NEAR(d.y, 1, 1e-3) << "two turns are two turns";
+}
+
+}  // namespace
+}  // namespace kinora::rib
