@@ -84,6 +84,9 @@ class PathLoop {
     pdf_ = floats(n);
     state_ = words(n);
     flags_ = g_->paths.origin;
+    // Where lights are weighed along the ray from within, nothing else may take from them on the way.
+    if (!sv_->mediaScatter && (o_.allowCaustics || !sv_->hasTintedShadows))
+      for (float*& x : within_) x = floats(n);
     if (o_.guides) {
       const auto* state = static_cast<const guiding::State*>(sv_->learned(g_));
       if (state && state->guides) {
@@ -167,10 +170,11 @@ class PathLoop {
 
   // Beside the bits of RayOrigin. Without caustics:
   enum Flags : uint32_t {
-    kHadDiffuse = 1u << kOriginBits,  // some vertex took light samples whose shadow rays went through glass
-    kCaustic = 2u << kOriginBits,     // a mirror or lens after that: light that the ray finds does not count
-    kRefracted = 4u << kOriginBits,   // through glass after that, which tinted shadows stand for: neither does this
-    kSeenThrough = 8u << kOriginBits  // only refracted since the camera, and no light in its way (RefractedAlpha)
+    kHadDiffuse = 1u << kOriginBits,   // some vertex took light samples whose shadow rays went through glass
+    kCaustic = 2u << kOriginBits,      // a mirror or lens after that: light that the ray finds does not count
+    kRefracted = 4u << kOriginBits,    // through glass after that, which tinted shadows stand for: neither does this
+    kSeenThrough = 8u << kOriginBits,  // only refracted since the camera, and no light in its way (RefractedAlpha)
+    kFromBody = 16u << kOriginBits  // scattered once within a body, at within_, from where it is weighed for lights
   };
   KN_INLINE bool isBlockedByGlass(uint32_t light) const {
     return sv_->lightExceptions && light < sv_->lightCount && sv_->lightExceptions[light] & kLightBlockedByGlass;
@@ -225,6 +229,7 @@ class PathLoop {
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
       if (isLeftOut(flags_[s], h.light[i])) continue;
+      if (flags_[s] & kFromBody && h.t[i] < within_[3][s]) continue;  // within: light samples have it all
       float v[3];
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][m] = v[c];
@@ -556,7 +561,7 @@ class PathLoop {
     uint32_t* light = words(room * mostSlots);
     uint32_t* state = words(room * mostSlots);
     float* share = sv_->wantsUnshadowed || o_.unshadowedEnd > 0 ? floats(room * mostSlots) : nullptr;
-    float* spread = nullptr;
+    float *spread = nullptr, *shareOfRay = nullptr;
     uint32_t* lightOfRay = sv_->hasShadowControls ? words(room) : nullptr;
     const float most = mostAt(depth + 1);
     const float unshadowed = depth == o_.maxIndirectBounces ? o_.unshadowedEnd : 0;
@@ -585,6 +590,9 @@ class PathLoop {
       EvaluateArgs& e = candidates.scattered;
       if (lessons) lessons->add(c, ls, throughput_, parts);
       if (ls.spread && !spread) spread = floats(room);
+      const bool isOnce = once_ && &c == &once_->context();
+      const bool hasAll = c.traits & kTraitScattersOnce && !(isOnce && within_[0]);
+      if (isOnce && within_[0] && !shareOfRay) shareOfRay = floats(room);
       // what arrives unshadowed: throughput * L / pdf * mis, by slot; rays where any slot is not black
       for (uint32_t i = 0; i < c.count; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
@@ -593,7 +601,7 @@ class PathLoop {
         const Mask<W> delta = (Int<W>::load(ls.flags + i) & Int<W>(uint32_t(kSampleDelta))) != Int<W>(0);
         const auto misOf = [&](F directions) {
           const F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * directions);
-          return select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
+          return select(delta | Mask<W>(hasAll), F(1.f), mis);
         };
         const F mis = misOf(F(float(bxdfParts)));
         const Mask<W> some = in & (pdf > F(0.f));
@@ -643,6 +651,7 @@ class PathLoop {
         pack.put(Int<W>::lanes(int32_t(i)), point + rays);
         if (spread) pack.put(F::load(ls.spread + i), spread + rays);
         if (lightOfRay) pack.put(Int<W>::load(ls.light + i), lightOfRay + rays);
+        if (shareOfRay) pack.put(mis, shareOfRay + rays);
         if (tinted) {
           const Int<W> passes = select(walked & Mask<W>(walksFrom(c, depth)), Int<W>(2), Int<W>(1));
           pack.put(select(staysInside(c, i, wi) | blocked, Int<W>(0), passes), tinted + rays);
@@ -676,8 +685,7 @@ class PathLoop {
           entries += uint32_t(keep.count);
         }
       }
-      if (once_ && &c == &once_->context())
-        leaveBody(firstOfContext, rays, firstEntry, entries, point, o, d, tMax, ray, value);
+      if (isOnce) leaveBody(firstOfContext, rays, firstEntry, entries, point, o, d, tMax, shareOfRay, ray, value);
       runs[k] = {&c, nullptr, rays};
     }
     if (!rays) {
@@ -711,15 +719,17 @@ class PathLoop {
     contribute(out);
   }
 
-  // Shadow rays from within a body, and what they bring: from where they leave it.
+  // Shadow rays from within a body, and what they bring: from where they leave it. share: that of the light sample, by
+  // ray, where the directions from there find lights too; null: all.
   void leaveBody(uint32_t first, uint32_t end, uint32_t firstEntry, uint32_t lastEntry, const uint32_t* point,
-                 float* const o[3], float* const d[3], float* tMax, const uint32_t* ray, float* const value[3]) {
+                 float* const o[3], float* const d[3], float* tMax, const float* share, const uint32_t* ray,
+                 float* const value[3]) {
     const uint32_t n = end - first;
     if (!n) return;
     float* const from[3] = {o[0] + first, o[1] + first, o[2] + first};
     const float* const along[3] = {d[0] + first, d[1] + first, d[2] + first};
     float* const factor[3] = {floats(padded(n) + kPad), floats(padded(n) + kPad), floats(padded(n) + kPad)};
-    once_->leaveBody(n, point + first, from, along, tMax + first, factor);
+    once_->leaveBody(n, point + first, from, along, tMax + first, share ? share + first : nullptr, factor);
     for (uint32_t e = firstEntry; e < lastEntry; ++e)
       for (int c = 0; c < 3; ++c) value[c][e] *= factor[c][ray[e] - first];
   }
@@ -873,19 +883,40 @@ class PathLoop {
         leaving += uint32_t(pack.count);
       }
       if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, nullptr, through);
-      if (sinking) m = followBelow(c, sinking, below, ga, depth, part, parts, live, m);
+      if (sinking) m = followMedia(c, sinking, below, ga, depth, part, parts, live, m);
       if (scattering) m = followOnce(c, scattering, once, ga, depth, part, parts, live, m);
     }
     padList(m, live);
     return m;
   }
 
+  // Paths below the surface, medium by medium of the material.
+  uint32_t followMedia(const Context& in, uint32_t n, uint32_t* points, const GenerateArgs& made, uint32_t depth,
+                       uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    uint32_t* rest = words(in.padded + kPad);
+    while (n) {
+      const uint32_t which = made.flags[points[0]] >> kSampleMediumShift;
+      uint32_t taken = 0, left = 0;
+      for (uint32_t i = 0; i < n; ++i) {
+        if (made.flags[points[i]] >> kSampleMediumShift == which)
+          points[taken++] = points[i];
+        else
+          rest[left++] = points[i];
+      }
+      m = followBelow(in, which, taken, points, made, depth, part, parts, live, m);
+      n = left;
+      for (uint32_t i = 0; i < n; ++i) points[i] = rest[i];
+    }
+    return m;
+  }
+
   // Paths below the surface: light where they come out, and their next directions from there. They are still at the
   // vertex where they went in, of which each followed `parts` directions; slots that go on are appended to `live`.
-  uint32_t followBelow(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made,
-                       uint32_t depth, uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+  uint32_t followBelow(const Context& in, uint32_t which, uint32_t n, const uint32_t* points,
+                       const GenerateArgs& made, uint32_t depth, uint32_t part, uint32_t parts, uint32_t* live,
+                       uint32_t m) {
     using F = Float<W>;
-    const Emerged out = PathsBelow<W>(g_, sv_).follow(in, n, points, made, part, parts, throughput_);
+    const Emerged out = PathsBelow<W>(g_, sv_).follow(in, which, n, points, made, part, parts, throughput_);
     const auto scale = [&](float by) {
       for (uint32_t k = 0; parts > 1 && k < out.count; ++k)
         for (uint32_t i = 0; i < out.contexts[k]->count; ++i)
@@ -941,9 +972,18 @@ class PathLoop {
   }
 
   // Paths that scatter once below the surface, in the same way: light where they scatter, and one direction from there.
-  // That finds no lights: light samples have all of theirs, as they are not met straight ahead.
-  uint32_t followOnce(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made, uint32_t depth,
+  // Lights that it meets beyond the body are weighed against light samples as seen from within.
+  uint32_t followOnce(const Context& in, uint32_t n, uint32_t* points, const GenerateArgs& made, uint32_t depth,
                       uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    uint32_t *clear = words(in.padded + kPad), straight = 0, turned = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (made.flags[points[i]] & kSampleStraight)
+        clear[straight++] = points[i];
+      else
+        points[turned++] = points[i];
+    }
+    n = turned;
+    if (straight) m = followStraight(in, straight, clear, made, part, parts, live, m);
     ScatterOnce<W>* once = new (sv_->alloc(g_, sizeof(ScatterOnce<W>))) ScatterOnce<W>(g_, sv_);
     if (!once->scatter(in, n, points, made, part, parts, throughput_)) return m;
     const Context& c = once->context();
@@ -968,8 +1008,11 @@ class PathLoop {
       factor[k] = floats(room);
     }
     uint32_t *point = words(room), *slot = words(room), leaving = 0;
-    const uint32_t count = once->directions(point, o, d);
-    once->leaveBody(count, point, o, d, nullptr, factor);
+    float *pdf = floats(room), *within[3] = {floats(room), floats(room), floats(room)};
+    const uint32_t count = once->directions(point, o, d, pdf);
+    for (int k = 0; k < 3; ++k)
+      for (uint32_t i = 0; i < count; ++i) within[k][i] = o[k][i];
+    once->leaveBody(count, point, o, d, nullptr, nullptr, factor);
     const Rays& r = g_->paths.rays;
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t s = c.path[i];
@@ -980,17 +1023,54 @@ class PathLoop {
         r.o[k][s] = o[k][i];
         r.d[k][s] = d[k][i];
       }
-      pdf_[s] = 1e-30f;
+      uint32_t flags = kFromSpecular | (o_.allowCaustics ? 0u : uint32_t(kHadDiffuse));
+      pdf_[s] = 1e-30f;  // lights are left to light samples
+      if (within_[0]) {
+        flags |= kFromBody;
+        pdf_[s] = pdf[i] / float(parts);
+        float length = 0;
+        for (int k = 0; k < 3; ++k) {
+          within_[k][s] = within[k][i];
+          length += (o[k][i] - within[k][i]) * d[k][i];
+        }
+        within_[3][s] = length;
+      }
       r.tMax[s] = o_.farthest;
       r.radius[s] = c.radius[i];
       r.spread[s] = spreadAfter(Float<1>(c.spread[i]), Float<1>(kInvTwoPi * 0.5f)).lane0();
       state_[s] = sv_->paths.next[state_[s] * sv_->paths.eventCount + c.eventOfSlot[0]];
-      flags_[s] = o_.allowCaustics ? 0u : uint32_t(kHadDiffuse);
+      flags_[s] = flags;
       live[m++] = s;
       slot[leaving] = s;
       point[leaving++] = i;
     }
     if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, slot, nullptr);
+    return m;
+  }
+
+  // Paths that go straight through the body, as through clear glass: what they find behind it they find alone.
+  uint32_t followStraight(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made,
+                          uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    const auto out = ScatterOnce<W>(g_, sv_).pass(in, n, points, made, part, parts, throughput_);
+    if (!out.count) return m;
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < out.count; ++i) {
+      const uint32_t s = out.path[i];
+      for (int k = 0; k < 3; ++k) {
+        r.o[k][s] = out.o[k][i];
+        r.d[k][s] = out.d[k][i];
+      }
+      pdf_[s] = 1;
+      r.tMax[s] = o_.farthest;
+      r.radius[s] = out.at.radius[i];
+      r.spread[s] = out.at.spread[i];
+      state_[s] = sv_->paths.next[state_[s] * sv_->paths.eventCount + in.eventOfSlot[made.slot[points[0]]]];
+      uint32_t flags = kFromDiscrete | kFromSpecular | kFromTransmission;
+      if (!o_.allowCaustics && flags_[s] & kHadDiffuse) flags |= kHadDiffuse | kCaustic;
+      flags_[s] = flags;
+      live[m++] = s;
+    }
+    sv_->leave(g_, &g_->paths, &out.at, out.count, out.point, out.path, nullptr);
     return m;
   }
 
@@ -1009,7 +1089,9 @@ class PathLoop {
       if (o_.farthest < 1e30f)  // of surfaces; lights are met wherever they are
         for (uint32_t i = 0; i < n; ++i) g_->paths.rays.tMax[live[i]] = 1e30f;
       collectTinted(depth + 1, lightParts, bxdfParts, n, live);  // as its other half, without what media absorb
+      const float* bodies = startWithin(n, live);
       collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
+      if (bodies) startOutside(n, live, bodies);
       collectGlow(depth + 1, bxdfParts, n, live);
       g_->besideOwnSamples = 0;  // of the first vertex only
       if (alpha_) escape(first ? parts : 1, n, live);
@@ -1025,6 +1107,34 @@ class PathLoop {
       for (uint32_t c = 0; c < count; ++c) emission(*contexts[c]);
       directLights(count, contexts, depth + 1, 1, 1);
       walkToLights(count, contexts, depth + 1);
+    }
+  }
+
+  // Rays of kFromBody as from where they were scattered; what they are else, to be given back. Null: there are none.
+  const float* startWithin(uint32_t n, const uint32_t* live) {
+    if (!within_[0]) return nullptr;
+    float* kept = nullptr;
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      if (!(flags_[s] & kFromBody)) continue;
+      if (!kept) kept = floats(4 * n);
+      for (int k = 0; k < 3; ++k) {
+        kept[4 * i + uint32_t(k)] = r.o[k][s];
+        r.o[k][s] = within_[k][s];
+      }
+      kept[4 * i + 3] = g_->paths.hits.t[s];
+      g_->paths.hits.t[s] += within_[3][s];
+    }
+    return kept;
+  }
+  void startOutside(uint32_t n, const uint32_t* live, const float* kept) {
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      if (!(flags_[s] & kFromBody)) continue;
+      for (int k = 0; k < 3; ++k) r.o[k][s] = kept[4 * i + uint32_t(k)];
+      g_->paths.hits.t[s] = kept[4 * i + 3];
     }
   }
 
@@ -1076,6 +1186,9 @@ class PathLoop {
   static constexpr float kLearnedRoulette = 0.3f, kLeastSurvival = 0.3f;
   RefractedAlpha* alpha_ = nullptr;
   ScatterOnce<W>* once_ = nullptr;  // whose shadow rays are under way
+  // By path of kFromBody: where it was scattered, and how far from there its ray left the body. Null: light samples
+  // have all light that was scattered once.
+  float* within_[4] = {nullptr, nullptr, nullptr, nullptr};
   const guiding::State* lightState_ = nullptr;
   const guiding::State* guide_ = nullptr;
   float* reference_ = nullptr;  // by path: what is seen at its pixel, see guiding.h
