@@ -1045,6 +1045,61 @@ TEST(Subsurface, LayeredMaterialsScatterAlike) {
               0.005);
 }
 
+// Two slabs that scatter below in one material are the mean of both, whatever each is made of.
+TEST(Subsurface, TwoSlabsShareAMaterial) {
+  const auto slab = [&](const char* plugin, const char* name, const std::string& more) {
+    return std::string("Bxdf \"") + plugin + "\" \"" + name + "\" \"float sssUnitLength\" [1] " + more + "\n";
+  };
+  const auto walks = [&](const char* name) {
+    return slab("LamaSSS", name,
+                color("color", 0.9, 0.8, 0.2) + color("sssRadius", 0.4, 0.3, 0.1) + "\"int sssMode\" [1] ");
+  };
+  const auto burley = [&](const char* name) {
+    return slab("LamaSSS", name, color("color", 0.3, 0.2, 0.6) + gray("sssRadius", 0.3) + "\"int sssMode\" [2] ");
+  };
+  const auto three = [&](const char* name) {
+    return slab("LamaTricolorSSS", name,
+                color("nearColor", 0.4, 0.7, 0.9) + color("midColor", 0.1, 0.2, 0.3) +
+                    color("farColor", 0.9, 0.8, 0.3) + number("nearWeight", 0.4) + number("midWeight", 0.3) +
+                    number("farWeight", 0.2) + number("nearRadius", 0.1) + number("midRadius", 0.3) +
+                    number("farRadius", 1));
+  };
+  const std::string mix =
+      "Bxdf \"LamaMix\" \"m\" \"reference bxdf material1\" [\"a\"] \"reference bxdf material2\" [\"b\"] \"float "
+      "mix\" [0.3]";
+  const auto agree = [&](const std::string& a, const std::string& b, const std::string& aAlone,
+                         const std::string& bAlone) {
+    const Moments first = underTheSky(aAlone), second = underTheSky(bAlone), both = underTheSky(a + b + mix);
+    EXPECT_NEAR(
+        both.mean(), 0.7 * first.mean() + 0.3 * second.mean(),
+        4 * std::hypot(both.standardError(), std::hypot(0.7 * first.standardError(), 0.3 * second.standardError())));
+    EXPECT_GT(std::fabs(first.mean() - second.mean()), 20 * both.standardError()) << "too alike to judge";
+  };
+  agree(walks("a"), burley("b"), walks("a"), burley("b"));
+  agree(walks("a"), three("b"), walks("a"), three("b"));
+}
+
+// Three profiles by the names of Lama are type 3 of PxrSurface.
+TEST(Subsurface, TricolorIsASumOfProfiles) {
+  const std::string lama = "Bxdf \"LamaTricolorSSS\" \"l\" \"float sssUnitLength\" [0.1] \"float sssScale\" [2] " +
+                           color("nearColor", 0.9, 0.6, 0.3) + color("midColor", 0.5, 0.9, 0.3) +
+                           color("farColor", 0.2, 0.1, 0.8) + number("nearWeight", 0.5) + number("midWeight", 0.3) +
+                           number("farWeight", 0.1) + number("nearRadius", 1) + number("midRadius", 2) +
+                           number("farRadius", 8);
+  const std::string surface = color("subsurfaceColor", 0.9, 0.6, 0.3) + color("shortSubsurfaceColor", 0.5, 0.9, 0.3) +
+                              color("longSubsurfaceColor", 0.2, 0.1, 0.8) + number("shortSubsurfaceGain", 0.3) +
+                              number("longSubsurfaceGain", 0.1) + number("subsurfaceDmfp", 0.2) +
+                              number("shortSubsurfaceDmfp", 0.4) + number("longSubsurfaceDmfp", 1.6);
+  std::string other = wax(type(3) + surface);
+  other.replace(other.find("\"float subsurfaceGain\" [1]"), 26, "\"float subsurfaceGain\" [0.5]");
+  EXPECT_SAME_MEAN(underTheSky(lama), underTheSky(other), 0.005);
+  // without radii a diffuse surface of the sum
+  EXPECT_MEAN(underTheSky("Bxdf \"LamaTricolorSSS\" \"l\" " + gray("nearColor", 0.9) + gray("midColor", 0.6) +
+                          gray("farColor", 0.3) + number("nearWeight", 0.2) + number("midWeight", 0.3) +
+                          number("farWeight", 0.5)),
+              0.51, 0.005);
+}
+
 TEST(Subsurface, OtherIntegratorsReflect) {
   RenderRequest r;
   r.rib = orthographic(16, 0.5, 64) +
