@@ -52,7 +52,13 @@ enum SampleFlags : uint32_t {
   // Of those, a path that scatters exactly once on its way, as Subsurface::single tells. wi is refracted, and
   // the weight has all but the flight: what the boundary lets in, and what one scattering keeps. They have a slot of
   // their own.
-  kSampleOnce = 8
+  kSampleOnce = 8,
+  // Of those of kSampleBelow, a path that crosses the body straight on and does not scatter. With kSampleOnce, in its
+  // slot, it goes in and out as through clear glass; else by a cosine's law, losing a factor of e in each diffuse mean
+  // free path (Subsurface::term[0]). The weight has all but what the way takes.
+  kSampleStraight = 16,
+  // From this bit on: which of the material's media a path of kSampleBelow is of (Subsurface::which).
+  kSampleMediumShift = 8
 };
 
 // What lies under a surface. Light goes in and comes out by a cosine's law, whatever its direction was. Where walks have
@@ -72,10 +78,15 @@ struct SingleScatter {
   float* length[3];                // mean free path, render units, above 0
   float* anisotropy;               // mean cosine of scattering (Henyey and Greenstein), (-1, 1)
   float* ior;                      // of the inside over the outside, at least 1
+  float* alpha;                    // of the boundary's facets (GGX) where straight ways come out; 0: it is clear
+  // Surfaces of the body that a straight way may pass: it comes out at the last of these from which it leaves. Of the
+  // gaps in between it is as long as all of it, or as what is within (skipsGaps).
+  uint32_t mostPassed = 0, skipsGaps = 0;
 };
 // Filled by BxdfFunctions::subsurface for the points of a context; arrays are the caller's, of padded length. Where
 // surface[0] is null, only `single` is wanted; where the arrays of that are, all but it.
 struct Subsurface {
+  uint32_t which = 0;  // in: of the material's media, as flagged at kSampleMediumShift
   SubsurfaceModel model = SubsurfaceModel::Walk;
   const char* traceSet =
       nullptr;         // the text of a parameter declared with traceSet(): members of these groups are one
@@ -96,6 +107,7 @@ struct Subsurface {
   // How much of what comes out at a place is lost as its normal turns away from that where the path went in: the rest is
   // 1 - f + f max(0, cosine). 0: nothing.
   float* topology;
+  uint32_t comesOutBehind = 1;  // 0: not where the surface faces away from that normal
   SingleScatter single{};
   uint32_t leavesOutSingle = 0;  // 1: walks that scattered exactly once are left to samples of kSampleOnce
 };

@@ -124,8 +124,10 @@ struct LobeSample {
   Rgb<W> discreteWeight;
   Float<W> discreteProbability;
   Int<W> discreteLobe;
-  // Of those, the ones that go on below the surface (kSampleBelow), and of these the ones of kSampleOnce.
-  Mask<W> below, once;
+  // Of those, the ones that go on below the surface (kSampleBelow), of these the ones of kSampleOnce and of
+  // kSampleStraight, and which of the material's media they are of.
+  Mask<W> below, once, straight;
+  Int<W> medium = Int<W>(0);
 };
 
 template <class B>
@@ -231,7 +233,9 @@ struct BxdfRunner {
       (select(sample.discrete, Int<W>(uint32_t(kSampleDiscrete)), Int<W>(0)) |
        select(through, Int<W>(uint32_t(kSampleTransmit)), Int<W>(0)) |
        select(sample.below, Int<W>(uint32_t(kSampleBelow)), Int<W>(0)) |
-       select(sample.once, Int<W>(uint32_t(kSampleOnce)), Int<W>(0)))
+       select(sample.once, Int<W>(uint32_t(kSampleOnce)), Int<W>(0)) |
+       select(sample.straight, Int<W>(uint32_t(kSampleStraight)), Int<W>(0)) |
+       select(sample.below, sample.medium.template shl<kSampleMediumShift>(), Int<W>(0)))
           .store(a->flags + i);
     }
   }

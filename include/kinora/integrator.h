@@ -550,7 +550,8 @@ struct Services {
   // What IntegratorFunctions::learn has made of the epochs before that of the group's samples; null: nothing yet.
   const void* (*learned)(Group*);
   // Points in space at distance t[entry] along the listed rays: where a medium scatters. The context takes light
-  // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo.
+  // samples and camera connections; it has no bxdf, no slots and no parameters (kTraitInSpace), N and Ng are wo. All
+  // lights light them; with kTraitComesOut among the traits those that light what the rays left.
   Context* (*pointsInSpace)(Group*, RayList*, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                             const float* t);
   // Paths below the surface that went in at the listed points and came out there too, for want of another place: they

@@ -24,12 +24,140 @@ class SunkPaths {
   SunkPaths(PathState<W>& paths, Lights& lights)
       : p_(paths), g_(paths.g), sv_(paths.sv), o_(paths.o), lights_(lights) {}
 
-  // Paths below the surface: light where they come out, and their next directions from there. They are still at the
-  // vertex where they went in, of which each followed `parts` directions; slots that go on are appended to `live`.
-  uint32_t followBelow(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made,
-                       uint32_t depth, uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+  // Paths below the surface, medium by medium of the material: light where they come out, and their next directions from
+  // there. They are still at the vertex where they went in, of which each followed `parts` directions; slots that go on
+  // are appended to `live`. `points` are put in another order.
+  uint32_t followBelow(const Context& in, uint32_t n, uint32_t* points, const GenerateArgs& made, uint32_t depth,
+                       uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    uint32_t* rest = p_.words(in.padded + kPad);
+    while (n) {
+      const uint32_t which = made.flags[points[0]] >> kSampleMediumShift;
+      uint32_t taken = 0, left = 0;
+      for (uint32_t i = 0; i < n; ++i) {
+        if (made.flags[points[i]] >> kSampleMediumShift == which)
+          points[taken++] = points[i];
+        else
+          rest[left++] = points[i];
+      }
+      m = followMedium(in, which, taken, points, made, depth, part, parts, live, m);
+      n = left;
+      for (uint32_t i = 0; i < n; ++i) points[i] = rest[i];
+    }
+    return m;
+  }
+
+  // Paths that scatter once below the surface, in the same way: light where they scatter, and one direction from there.
+  // Lights that it meets beyond the body are weighed against light samples as seen from within.
+  uint32_t followOnce(const Context& in, uint32_t n, uint32_t* points, const GenerateArgs& made, uint32_t depth,
+                      uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    uint32_t *clear = p_.words(in.padded + kPad), straight = 0, turned = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      if (made.flags[points[i]] & kSampleStraight)
+        clear[straight++] = points[i];
+      else
+        points[turned++] = points[i];
+    }
+    n = turned;
+    if (straight) m = followStraight(in, straight, clear, made, part, parts, live, m);
+    ScatterOnce<W> once(g_, sv_);
+    if (!once.scatter(in, n, points, made, part, parts, p_.throughput)) return m;
+    const Context& c = once.context();
+    Context* const contexts[] = {const_cast<Context*>(&c)};
+    const auto scale = [&](float by) {
+      for (uint32_t i = 0; parts > 1 && i < c.count; ++i)
+        for (float* t : p_.throughput) t[c.path[i]] *= by;
+    };
+    float* share = p_.share;
+    p_.share = nullptr;
+    scale(1.f / float(parts));
+    lights_.sample(1, contexts, depth, depth == 0 ? o_.lightSamples : 1, 1, &once);
+    scale(float(parts));
+    p_.share = share;
+    float *o[3], *d[3], *factor[3];
+    const uint32_t room = c.padded + kPad;
+    for (int k = 0; k < 3; ++k) {
+      o[k] = p_.floats(room);
+      d[k] = p_.floats(room);
+      factor[k] = p_.floats(room);
+    }
+    uint32_t *point = p_.words(room), *slot = p_.words(room), leaving = 0;
+    float *pdf = p_.floats(room), *within[3] = {p_.floats(room), p_.floats(room), p_.floats(room)};
+    const uint32_t count = once.directions(point, o, d, pdf);
+    for (int k = 0; k < 3; ++k)
+      for (uint32_t i = 0; i < count; ++i) within[k][i] = o[k][i];
+    once.leaveBody(count, point, o, d, nullptr, nullptr, factor);
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t s = c.path[i];
+      bool brings = false;
+      for (int k = 0; k < 3; ++k) brings |= (p_.throughput[k][s] *= factor[k][i]) > 0;
+      if (!brings) continue;
+      for (int k = 0; k < 3; ++k) {
+        r.o[k][s] = o[k][i];
+        r.d[k][s] = d[k][i];
+      }
+      uint32_t flags = kFromSpecular | (o_.allowCaustics ? 0u : uint32_t(PathFlags::kHadDiffuse));
+      p_.pdf[s] = 1e-30f;  // lights are left to light samples
+      if (p_.within[0]) {
+        flags |= PathFlags::kFromBody;
+        p_.pdf[s] = pdf[i] / float(parts);
+        float length = 0;
+        for (int k = 0; k < 3; ++k) {
+          p_.within[k][s] = within[k][i];
+          length += (o[k][i] - within[k][i]) * d[k][i];
+        }
+        p_.within[3][s] = length;
+      }
+      r.tMax[s] = o_.farthest;
+      r.radius[s] = c.radius[i];
+      r.spread[s] = spreadAfter(Float<1>(c.spread[i]), Float<1>(kInvTwoPi * 0.5f)).lane0();
+      p_.state[s] = sv_->paths.next[p_.state[s] * sv_->paths.eventCount + c.eventOfSlot[0]];
+      p_.flags[s] = flags;
+      live[m++] = s;
+      slot[leaving] = s;
+      point[leaving++] = i;
+    }
+    if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, slot, nullptr);
+    return m;
+  }
+
+  // Rays of kFromBody as from where they were scattered, for what lights are weighed by; what they are else, to be given
+  // back. Null: there are none.
+  const float* startWithin(uint32_t n, const uint32_t* live) {
+    if (!p_.within[0]) return nullptr;
+    float* kept = nullptr;
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      if (!(p_.flags[s] & PathFlags::kFromBody)) continue;
+      if (!kept) kept = p_.floats(4 * n);
+      for (int k = 0; k < 3; ++k) {
+        kept[4 * i + uint32_t(k)] = r.o[k][s];
+        r.o[k][s] = p_.within[k][s];
+      }
+      kept[4 * i + 3] = g_->paths.hits.t[s];
+      g_->paths.hits.t[s] += p_.within[3][s];
+    }
+    return kept;
+  }
+  void startOutside(uint32_t n, const uint32_t* live, const float* kept) {
+    if (!kept) return;
+    const Rays& r = g_->paths.rays;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t s = live[i];
+      if (!(p_.flags[s] & PathFlags::kFromBody)) continue;
+      for (int k = 0; k < 3; ++k) r.o[k][s] = kept[4 * i + uint32_t(k)];
+      g_->paths.hits.t[s] = kept[4 * i + 3];
+    }
+  }
+
+ private:
+  // Of one medium of the material: see Subsurface::which.
+  uint32_t followMedium(const Context& in, uint32_t which, uint32_t n, const uint32_t* points,
+                        const GenerateArgs& made, uint32_t depth, uint32_t part, uint32_t parts, uint32_t* live,
+                        uint32_t m) {
     using F = Float<W>;
-    const Emerged out = PathsBelow<W>(g_, sv_).follow(in, n, points, made, part, parts, p_.throughput);
+    const Emerged out = PathsBelow<W>(g_, sv_).follow(in, which, n, points, made, part, parts, p_.throughput);
     const auto scale = [&](float by) {
       for (uint32_t k = 0; parts > 1 && k < out.count; ++k)
         for (uint32_t i = 0; i < out.contexts[k]->count; ++i)
@@ -75,59 +203,33 @@ class SunkPaths {
     return m;
   }
 
-  // Paths that scatter once below the surface, in the same way: light where they scatter, and one direction from there.
-  // That finds no lights: light samples have all of theirs, as they are not met straight ahead.
-  uint32_t followOnce(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made, uint32_t depth,
-                      uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
-    ScatterOnce<W> once(g_, sv_);
-    if (!once.scatter(in, n, points, made, part, parts, p_.throughput)) return m;
-    const Context& c = once.context();
-    Context* const contexts[] = {const_cast<Context*>(&c)};
-    const auto scale = [&](float by) {
-      for (uint32_t i = 0; parts > 1 && i < c.count; ++i)
-        for (float* t : p_.throughput) t[c.path[i]] *= by;
-    };
-    float* share = p_.share;
-    p_.share = nullptr;
-    scale(1.f / float(parts));
-    lights_.sample(1, contexts, depth, depth == 0 ? o_.lightSamples : 1, 1, &once);
-    scale(float(parts));
-    p_.share = share;
-    float *o[3], *d[3], *factor[3];
-    const uint32_t room = c.padded + kPad;
-    for (int k = 0; k < 3; ++k) {
-      o[k] = p_.floats(room);
-      d[k] = p_.floats(room);
-      factor[k] = p_.floats(room);
-    }
-    uint32_t *point = p_.words(room), *slot = p_.words(room), leaving = 0;
-    const uint32_t count = once.directions(point, o, d);
-    once.leaveBody(count, point, o, d, nullptr, factor);
+  // Paths that go straight through the body, as through clear glass: what they find behind it they find alone.
+  uint32_t followStraight(const Context& in, uint32_t n, const uint32_t* points, const GenerateArgs& made,
+                          uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
+    const auto out = ScatterOnce<W>(g_, sv_).pass(in, n, points, made, part, parts, p_.throughput);
+    if (!out.count) return m;
     const Rays& r = g_->paths.rays;
-    for (uint32_t i = 0; i < count; ++i) {
-      const uint32_t s = c.path[i];
-      bool brings = false;
-      for (int k = 0; k < 3; ++k) brings |= (p_.throughput[k][s] *= factor[k][i]) > 0;
-      if (!brings) continue;
+    for (uint32_t i = 0; i < out.count; ++i) {
+      const uint32_t s = out.path[i];
       for (int k = 0; k < 3; ++k) {
-        r.o[k][s] = o[k][i];
-        r.d[k][s] = d[k][i];
+        r.o[k][s] = out.o[k][i];
+        r.d[k][s] = out.d[k][i];
       }
-      p_.pdf[s] = 1e-30f;
+      p_.pdf[s] = 1;
       r.tMax[s] = o_.farthest;
-      r.radius[s] = c.radius[i];
-      r.spread[s] = spreadAfter(Float<1>(c.spread[i]), Float<1>(kInvTwoPi * 0.5f)).lane0();
-      p_.state[s] = sv_->paths.next[p_.state[s] * sv_->paths.eventCount + c.eventOfSlot[0]];
-      p_.flags[s] = o_.allowCaustics ? 0u : uint32_t(PathFlags::kHadDiffuse);
+      r.radius[s] = out.at.radius[i];
+      r.spread[s] = out.at.spread[i];
+      p_.state[s] = sv_->paths.next[p_.state[s] * sv_->paths.eventCount + in.eventOfSlot[made.slot[points[0]]]];
+      uint32_t flags = kFromDiscrete | kFromSpecular | kFromTransmission;
+      if (!o_.allowCaustics && p_.flags[s] & PathFlags::kHadDiffuse)
+        flags |= PathFlags::kHadDiffuse | PathFlags::kCaustic;
+      p_.flags[s] = flags;
       live[m++] = s;
-      slot[leaving] = s;
-      point[leaving++] = i;
     }
-    if (leaving) sv_->leave(g_, &g_->paths, &c, leaving, point, slot, nullptr);
+    sv_->leave(g_, &g_->paths, &out.at, out.count, out.point, out.path, nullptr);
     return m;
   }
 
- private:
   PathState<W>& p_;
   Group* g_;
   const Services* sv_;

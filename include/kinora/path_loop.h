@@ -298,7 +298,9 @@ class PathLoop {
         for (uint32_t i = 0; i < n; ++i) g_->paths.rays.tMax[live[i]] = 1e30f;
       // as its other half, without what media absorb
       found_.collectTinted(depth + 1, lightParts, bxdfParts, n, live);
+      const float* bodies = below_.startWithin(n, live);
       found_.collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
+      below_.startOutside(n, live, bodies);
       found_.collectGlow(depth + 1, bxdfParts, n, live);
       g_->besideOwnSamples = 0;  // of the first vertex only
       if (p_.alpha) escape(first ? parts : 1, n, live);

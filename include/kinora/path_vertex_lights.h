@@ -72,7 +72,7 @@ class VertexLights {
     uint32_t* light = p_.words(room * mostSlots);
     uint32_t* state = p_.words(room * mostSlots);
     float* share = sv_->wantsUnshadowed || o_.unshadowedEnd > 0 ? p_.floats(room * mostSlots) : nullptr;
-    float* spread = nullptr;
+    float *spread = nullptr, *shareOfRay = nullptr;
     uint32_t* lightOfRay = sv_->hasShadowControls ? p_.words(room) : nullptr;
     const float most = p_.mostAt(depth + 1);
     const float unshadowed = depth == o_.maxIndirectBounces ? o_.unshadowedEnd : 0;
@@ -102,6 +102,8 @@ class VertexLights {
       EvaluateArgs& e = candidates.scattered;
       if (lessons) lessons->add(c, ls, p_.throughput, parts);
       if (ls.spread && !spread) spread = p_.floats(room);
+      const bool isWeighed = once && p_.within[0], hasAll = c.traits & kTraitScattersOnce && !isWeighed;
+      if (isWeighed && !shareOfRay) shareOfRay = p_.floats(room);
       // what arrives unshadowed: throughput * L / pdf * mis, by slot; rays where any slot is not black
       for (uint32_t i = 0; i < c.count; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));
@@ -110,7 +112,7 @@ class VertexLights {
         const Mask<W> delta = (Int<W>::load(ls.flags + i) & Int<W>(uint32_t(kSampleDelta))) != Int<W>(0);
         const auto misOf = [&](F directions) {
           const F mis = misPower(pdf * F(float(parts)), F::load(e.pdf + i) * directions);
-          return select(delta | Mask<W>((c.traits & kTraitScattersOnce) != 0), F(1.f), mis);
+          return select(delta | Mask<W>(hasAll), F(1.f), mis);
         };
         const F mis = misOf(F(float(bxdfParts)));
         const Mask<W> some = in & (pdf > F(0.f));
@@ -160,6 +162,7 @@ class VertexLights {
         pack.put(Int<W>::lanes(int32_t(i)), point + rays);
         if (spread) pack.put(F::load(ls.spread + i), spread + rays);
         if (lightOfRay) pack.put(Int<W>::load(ls.light + i), lightOfRay + rays);
+        if (shareOfRay) pack.put(mis, shareOfRay + rays);
         if (tinted) {
           const Int<W> passes = select(walked & Mask<W>(p_.walksFrom(c, depth)), Int<W>(2), Int<W>(1));
           pack.put(select(p_.staysInside(c, i, wi) | blocked, Int<W>(0), passes), tinted + rays);
@@ -193,7 +196,8 @@ class VertexLights {
           entries += uint32_t(keep.count);
         }
       }
-      if (once) leaveBody(*once, firstOfContext, rays, firstEntry, entries, point, o, d, tMax, ray, value);
+      if (once)
+        leaveBody(*once, firstOfContext, rays, firstEntry, entries, point, o, d, tMax, shareOfRay, ray, value);
       runs[k] = {&c, nullptr, rays};
     }
     if (!rays) {
@@ -227,16 +231,17 @@ class VertexLights {
     p_.contribute(out);
   }
 
-  // Shadow rays from within a body, and what they bring: from where they leave it.
+  // Shadow rays from within a body, and what they bring: from where they leave it. share: that of the light sample, by
+  // ray, where the directions from there find lights too; null: all.
   void leaveBody(ScatterOnce<W>& once, uint32_t first, uint32_t end, uint32_t firstEntry, uint32_t lastEntry,
-                 const uint32_t* point, float* const o[3], float* const d[3], float* tMax, const uint32_t* ray,
-                 float* const value[3]) {
+                 const uint32_t* point, float* const o[3], float* const d[3], float* tMax, const float* share,
+                 const uint32_t* ray, float* const value[3]) {
     const uint32_t n = end - first;
     if (!n) return;
     float* const from[3] = {o[0] + first, o[1] + first, o[2] + first};
     const float* const along[3] = {d[0] + first, d[1] + first, d[2] + first};
     float* const factor[3] = {p_.floats(padded(n) + kPad), p_.floats(padded(n) + kPad), p_.floats(padded(n) + kPad)};
-    once.leaveBody(n, point + first, from, along, tMax + first, factor);
+    once.leaveBody(n, point + first, from, along, tMax + first, share ? share + first : nullptr, factor);
     for (uint32_t e = firstEntry; e < lastEntry; ++e)
       for (int c = 0; c < 3; ++c) value[c][e] *= factor[c][ray[e] - first];
   }

@@ -118,23 +118,25 @@ class PathsBelow {
   PathsBelow(Group* group, const Services* services, const SubsurfaceOptions& options = {})
       : g_(group), sv_(services), o_(options) {}
 
-  // n points of a context, whose samples `a` of generate() go below. `part` of `parts` directions that are followed
-  // from each. What became of the paths is multiplied into `throughput`, by entry of c.path.
-  Emerged follow(const Context& c, uint32_t n, const uint32_t* points, const GenerateArgs& a, uint32_t part,
-                 uint32_t parts, float* const throughput[3]);
+  // n points of a context, whose samples `a` of generate() go below, in the same of its media. `part` of `parts`
+  // directions that are followed from each. What became of the paths is multiplied into `throughput`, by entry of
+  // c.path.
+  Emerged follow(const Context& c, uint32_t which, uint32_t n, const uint32_t* points, const GenerateArgs& a,
+                 uint32_t part, uint32_t parts, float* const throughput[3]);
 
  private:
   // Places where paths come out, in their order of coming: by place, unless they go back to where they went in.
   struct Places {
     uint32_t count = 0;
     uint32_t *instance, *geometry, *primitive, *isInside, *point;
+    uint32_t* isStraight;  // 1: it crossed the body
     float *u, *v, *beta[3];
   };
   float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (padded(n) + kPad) * sizeof(float))); }
   uint32_t* words(uint32_t n) const {
     return static_cast<uint32_t*>(sv_->alloc(g_, (padded(n) + kPad) * sizeof(uint32_t)));
   }
-  void begin(const Context& c, uint32_t n, uint32_t part, uint32_t parts);
+  void begin(const Context& c, uint32_t which, uint32_t n, uint32_t part, uint32_t parts);
   uint32_t enter(uint32_t n, const uint32_t* points);
   // Walks under way, packed.
   struct Walkers {
@@ -212,6 +214,7 @@ class PathsBelow {
   void meetSurface(Walkers& waiting, Walkers& running);
   void walk(uint32_t n, const uint32_t* points, const GenerateArgs& a);
   void probe(uint32_t n, const uint32_t* points);
+  void cross(uint32_t n, const uint32_t* points, const GenerateArgs& a);
   void weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const;
   void followTopology(const Context& x, const uint32_t* from, float* const beta[3]) const;
   void comeOut(const ObjectHits& h, size_t hit, uint32_t point, const float beta[3]);
@@ -237,6 +240,7 @@ class PathsBelow {
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
   bool hasTails_ = false;             // some flights are no exponential ones
+  bool hasProfiles_ = false;          // some paths come out by a profile
   float* enters_ = nullptr;           // by point: what the boundary lets in of diffuse light; null: there is none
   uint32_t* entered_;                 // points on what can have an inside
   Places out_;                        // found places
@@ -252,8 +256,9 @@ class PathsBelow {
 };
 
 template <int W>
-void PathsBelow<W>::begin(const Context& c, uint32_t n, uint32_t part, uint32_t parts) {
+void PathsBelow<W>::begin(const Context& c, uint32_t which, uint32_t n, uint32_t part, uint32_t parts) {
   c_ = &c;
+  below_.which = which;
   part_ = part;
   parts_ = parts;
   const auto f = [&] { return floats(c.padded); };
@@ -274,8 +279,8 @@ void PathsBelow<W>::begin(const Context& c, uint32_t n, uint32_t part, uint32_t 
   below_.ior = f();
   below_.topology = f();
   c.bxdf->subsurface(&c, c.closure, &below_);
-  for (uint32_t** x : {&out_.instance, &out_.geometry, &out_.primitive, &out_.isInside, &out_.point, &backPoint_,
-                       &lost_[0], &lost_[1]})
+  for (uint32_t** x : {&out_.instance, &out_.geometry, &out_.primitive, &out_.isInside, &out_.point, &out_.isStraight,
+                       &backPoint_, &lost_[0], &lost_[1]})
     *x = words(n);
   out_.u = floats(n);
   out_.v = floats(n);
@@ -329,6 +334,7 @@ void PathsBelow<W>::comeOut(const ObjectHits& h, size_t hit, uint32_t point, con
   out_.u[k] = h.u[hit];
   out_.v[k] = h.v[hit];
   out_.point[k] = point;
+  out_.isStraight[k] = 0;
   for (int c = 0; c < 3; ++c) out_.beta[c][k] = beta[c];
 }
 
@@ -663,6 +669,56 @@ void PathsBelow<W>::meetSurface(Walkers& waiting, Walkers& running) {
   sv_->releaseMemory(g_, mark);
 }
 
+// Straight ways through the body: what is left of light over their length. Where parts are joined, to the last of the
+// surfaces on the way; where there is none, nothing passes.
+template <int W>
+void PathsBelow<W>::cross(uint32_t n, const uint32_t* points, const GenerateArgs& a) {
+  if (!n) return;
+  const Context& c = *c_;
+  float *o[3] = {floats(n), floats(n), floats(n)}, *d[3] = {floats(n), floats(n), floats(n)}, *tMax = floats(n),
+        *time = floats(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t p = points[i];
+    const Vec3<1> way(a.wi[0][p], a.wi[1][p], a.wi[2][p]);
+    const Vec3<1> start = leave(Vec3<1>(c.P[0][p], c.P[1][p], c.P[2][p]), Vec3<1>(c.Ng[0][p], c.Ng[1][p], c.Ng[2][p]),
+                                Float<1>(c.bias[p]), way);
+    const float x[3] = {start.x.lane0(), start.y.lane0(), start.z.lane0()};
+    for (int k = 0; k < 3; ++k) {
+      o[k][i] = x[k];
+      d[k][i] = a.wi[k][p];
+    }
+    tMax[i] = 1e30f;
+    time[i] = c.time[p];
+  }
+  Rays rays{};
+  for (int k = 0; k < 3; ++k) {
+    rays.o[k] = o[k];
+    rays.d[k] = d[k];
+  }
+  rays.tMax = tMax;
+  rays.time = time;
+  ObjectHits h{};
+  h.most = below_.joins ? kMostHits : 1;
+  h.nearestOnly = 1;
+  h.traceSet = below_.traceSet;
+  sv_->hitsOnObject(g_, &c, n, points, &rays, &h);
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t p = points[i];
+    uint32_t last = h.count[i];
+    while (last && below_.joins && (h.leaves[size_t(i) * h.most + last - 1] != 0) != (c.entering[p] != 0)) --last;
+    if (!last) {
+      const float none[3] = {0, 0, 0};
+      goBack(p, none, BelowSurface::Open);
+      continue;
+    }
+    const size_t at = size_t(i) * h.most + last - 1;
+    float kept[3];
+    for (int k = 0; k < 3; ++k) kept[k] = exp(Float<1>(-h.t[at] / below_.term[0].length[k][p])).lane0();
+    comeOut(h, at, p, kept);
+    out_.isStraight[out_.count - 1] = 1;
+  }
+}
+
 template <int W>
 void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
   if (!n) return;
@@ -807,16 +863,17 @@ void PathsBelow<W>::weighProfiles(const Context& x, const uint32_t* point, float
   }
 }
 
-// Takes off what is lost where the surface turns away from where paths went in (Subsurface::topology).
+// Takes off what is lost where the surface turns away from where paths went in (Subsurface::topology, comesOutBehind).
 template <int W>
 void PathsBelow<W>::followTopology(const Context& x, const uint32_t* from, float* const beta[3]) const {
   const Context& c = *c_;
   for (uint32_t i = 0; i < x.count; ++i) {
     const uint32_t p = from[i];
-    if (p == ~0u || !(below_.topology[p] > 0)) continue;
+    if (p == ~0u || !(below_.topology[p] > 0 || !below_.comesOutBehind)) continue;
     float cosine = 0;
     for (int k = 0; k < 3; ++k) cosine += x.Ng[k][i] * c.Ng[k][p];
-    const float kept = 1 - below_.topology[p] * (1 - (cosine > 0 ? cosine : 0));
+    const bool isLost = !below_.comesOutBehind && !(cosine > 0);
+    const float kept = isLost ? 0.f : 1 - below_.topology[p] * (1 - (cosine > 0 ? cosine : 0));
     for (int k = 0; k < 3; ++k) beta[k][i] *= kept;
   }
 }
@@ -827,7 +884,7 @@ Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
   const Context& c = *c_;
   const uint32_t n = out_.count, most = n + back_;
   VertexRecord* records = static_cast<VertexRecord*>(sv_->alloc(g_, (most + n + kPad) * sizeof(VertexRecord)));
-  uint32_t *which = words(n), *point = words(most + n), made = 0;
+  uint32_t *which = words(n), *point = words(most + n), *isStraight = words(n), made = 0;
   float* beta[3] = {floats(most + n), floats(most + n), floats(most + n)};
   if (n) {
     float *time = floats(n), *radius = floats(n);
@@ -846,6 +903,7 @@ Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
     for (uint32_t i = 0; i < made; ++i) {
       const uint32_t from = which[i];
       point[i] = out_.point[from];
+      isStraight[i] = out_.isStraight[from];
       for (int k = 0; k < 3; ++k) beta[k][i] = out_.beta[k][from];
     }
     // on curves there are no places
@@ -889,9 +947,9 @@ Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
       path[i] = c.path[point[r]];
       if (i >= x.count) continue;
       for (int j = 0; j < 3; ++j) share[j][i] = beta[j][r];
-      from[i] = r < made ? point[r] : ~0u;
+      from[i] = r < made && !isStraight[r] ? point[r] : ~0u;
     }
-    if (below_.model != SubsurfaceModel::Walk) weighProfiles(x, from, share);
+    if (hasProfiles_) weighProfiles(x, from, share);
     followTopology(x, from, share);
     for (uint32_t i = 0; i < x.count; ++i)
       for (int j = 0; j < 3; ++j) throughput[j][path[i]] *= share[j][i];
@@ -910,13 +968,24 @@ Emerged PathsBelow<W>::finish(uint32_t slot, float* const throughput[3]) {
 }
 
 template <int W>
-Emerged PathsBelow<W>::follow(const Context& c, uint32_t n, const uint32_t* points, const GenerateArgs& a,
-                              uint32_t part, uint32_t parts, float* const throughput[3]) {
+Emerged PathsBelow<W>::follow(const Context& c, uint32_t which, uint32_t n, const uint32_t* points,
+                              const GenerateArgs& a, uint32_t part, uint32_t parts, float* const throughput[3]) {
   if (!n || !c.bxdf->subsurface) return {};
   const uint32_t slot = a.slot[points[0]];
-  begin(c, n, part, parts);
+  begin(c, which, n, part, parts);
   n = enter(n, points);
   points = entered_;
+  uint32_t *straight = words(n), crossing = 0, turning = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    if (a.flags[points[i]] & kSampleStraight)
+      straight[crossing++] = points[i];
+    else
+      entered_[turning++] = points[i];
+  }
+  n = turning;
+  padPoints(crossing, straight);
+  cross(crossing, straight, a);
+  hasProfiles_ = below_.model != SubsurfaceModel::Walk && n;
   if (below_.model == SubsurfaceModel::Walk)
     walk(n, points, a);
   else

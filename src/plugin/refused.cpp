@@ -9,8 +9,6 @@ namespace {
 constexpr const char* kBake = "nothing is baked";
 
 constexpr RefusedPlugin kTable[] = {
-    {Kind::Bxdf, "LamaHairChiang", "its parameters are not published", "PxrMarschnerHair"},
-    {Kind::Bxdf, "LamaTricolorSSS", "its slab is not made yet", "LamaSSS, PxrSurface"},
     {Kind::Bxdf, "PxrHair", "its parameters are not published", "PxrMarschnerHair"},
     {Kind::Bxdf, "PxrLMLayer", "its layers are not taken apart", "PxrSurface, or LamaLayer"},
     {Kind::Bxdf, "PxrLMMixer", "its layers are not taken apart", "PxrLayerSurface, or LamaMix"},

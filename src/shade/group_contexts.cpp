@@ -361,7 +361,8 @@ Context* GroupState::startInSpace(const RayList& list, uint32_t traits, uint32_t
     side[i] = outer[i] = 1.f;
     reach[i] = t[s];
     origin[i] = list.origin[s];
-    if (h.state.linkSet) h.state.linkSet[i] = 0;  // all lights
+    // all lights, but within a body those that light it
+    if (h.state.linkSet) h.state.linkSet[i] = traits & kTraitComesOut ? from.left.linkSet[s] : 0;
     if (h.state.traceSet) h.state.traceSet[i] = 0;
     if (h.state.bounces) h.state.bounces[i] = from.left.bounces[s] + 1;
     if (h.state.media) h.state.media[i] = from.left.media ? from.left.media[s] : MediaPool::kEmpty;

@@ -11,7 +11,7 @@ namespace kinora::shade {
 
 namespace {
 
-constexpr int kMaxLeaves = 8;  // of plugins/bxdf/lama/closure.h
+constexpr int kMaxLeaves = 8, kMaxBelow = 2;  // of plugins/bxdf/lama/closure.h
 constexpr int kMaxVisits = 256;
 
 struct Slot {
@@ -135,10 +135,10 @@ bool isTree(std::string_view text) {
     if (std::string_view("LMP").find(letter) != std::string_view::npos) {
       if (--open < 1) return false;
     } else {
-      if (std::string_view("DCAGgRrSsFHTEUVXWYZ").find(letter) == std::string_view::npos) return false;
+      if (std::string_view("DCAGgRrSsFHTEUVXWYZQ").find(letter) == std::string_view::npos) return false;
       ++open;
-      below += letter >= 'U' && letter <= 'Z';
-      if (++leaves > kMaxLeaves || below > 1) return false;
+      below += (letter >= 'U' && letter <= 'Z') || letter == 'Q';
+      if (++leaves > kMaxLeaves || below > kMaxBelow) return false;
     }
   }
   return open == 1;
@@ -172,6 +172,17 @@ class Flattener {
     network->terminal = std::make_shared<scene::Node>(std::move(node_));
     return network;
   }
+  // A material that is no slab but a root by itself.
+  scene::NetworkPtr alone(const scene::Node& terminal, const scene::Node& root) const {
+    auto network = std::make_shared<scene::Network>();
+    for (const scene::NodePtr& p : network_.patterns)
+      if (p->kind != "Bxdf") network->patterns.push_back(p);
+    scene::Node node = root;
+    node.handle = terminal.handle;
+    if (const scene::Parameter* p = terminal.params.find("presence")) node.params.set(*p);
+    network->terminal = std::make_shared<scene::Node>(std::move(node));
+    return network;
+  }
   // What an input is connected to.
   const scene::Node* input(const scene::Node& n, std::string_view name) const {
     for (const scene::Parameter& p : n.params) {
@@ -192,8 +203,8 @@ class Flattener {
   Diagnostics& diagnostics_;
   scene::Node node_;
   std::string structure_;
-  int leaves_ = 0, ops_ = 0, visits_ = 0;
-  bool told_ = false, hasSubsurface_ = false;
+  int leaves_ = 0, ops_ = 0, visits_ = 0, below_ = 0;
+  bool told_ = false;
 
   // Appends a node's tree; false where nothing came of it. on: it lies on something.
   bool add(const scene::Node& n, bool on) {
@@ -239,29 +250,46 @@ class Flattener {
     }
     return true;
   }
-  // LamaSSS: where its values go there is room for one.
-  bool subsurface(const scene::Node& n) {
-    const Descriptor* d = registry_.find(Kind::Bxdf, "LamaSSS", diagnostics_, n.pos);
+  // LamaSSS and LamaTricolorSSS: where their values go there is room for kMaxBelow.
+  bool subsurface(const scene::Node& n, bool isThree) {
+    const Descriptor* d = registry_.find(Kind::Bxdf, isThree ? "LamaTricolorSSS" : "LamaSSS", diagnostics_, n.pos);
     if (!d) return false;
     ResolvedParams(*d, &n, diagnostics_);  // for its messages
-    if (hasSubsurface_)
-      tell(n.pos, "the material '" + node_.handle + "' has more than one slab that scatters below the surface",
+    const bool isFull = below_ == kMaxBelow;
+    if (isFull)
+      tell(n.pos,
+           "the material '" + node_.handle + "' has more than " + std::to_string(kMaxBelow) +
+               " slabs that scatter below the surface",
            "a diffuse slab stands in for '" + n.handle + "'");
     const bool areFlights = n.params.getInt("albedoInversionMethod", 0) == 1;
     constexpr char kLetters[2][4] = {{'U', 'X', 'Y', 'Z'}, {'V', 'W', 'Y', 'Z'}};
     const int mode = std::clamp(n.params.getInt("sssMode", 0), 0, 3);
-    const std::string prefix = next(hasSubsurface_ ? 'D' : kLetters[areFlights][mode]);
-    copy(n, d, n.params.find("sssColor") ? "sssColor" : "color", prefix + "color");
+    const std::string prefix = next(isFull ? 'D' : isThree ? 'Q' : kLetters[areFlights][mode]);
+    if (isThree)
+      copy(n, d, "nearColor", prefix + "color");
+    else
+      copy(n, d, n.params.find("sssColor") ? "sssColor" : "color", prefix + "color");
     copy(n, d, n.params.find("sssNormal") ? "sssNormal" : "normal", prefix + "normal");
-    if (!hasSubsurface_)
-      for (const char* name : {"sssRadius", "sssScale", "sssUnitLength", "sssAnisotropy", "sssBleed", "sssSubset",
-                               "sssContinuationRays", "sssIOR", "sssFollowTopology"})
-        copy(n, d, name, name);
-    hasSubsurface_ = true;
+    if (isFull) return true;
+    const std::string own = below_++ ? "sss2" : "sss";
+    for (const char* name : {"Radius", "Scale", "UnitLength", "Anisotropy", "Bleed", "Subset", "ContinuationRays",
+                             "IOR", "FollowTopology"})
+      copy(n, d, ("sss" + std::string(name)).c_str(), own + name);
+    if (!isThree) return true;
+    for (const char* name :
+         {"nearWeight", "midWeight", "farWeight", "nearRadius", "midRadius", "farRadius", "midColor", "farColor"})
+      copy(n, d, name, own + char(name[0] - 'a' + 'A') + (name + 1));
+    // their lengths are grey: radii times sssScale
+    scene::Parameter grey;
+    grey.name = own + "Radius";
+    grey.type = scene::ValueType::Color;
+    grey.floats = {1, 1, 1};
+    node_.params.set(std::move(grey));
     return true;
   }
   bool leaf(const scene::Node& n, bool on) {
-    if (sameName(n.plugin, "LamaSSS") && subsurface(n)) return true;
+    const bool isThree = sameName(n.plugin, "LamaTricolorSSS");
+    if ((isThree || sameName(n.plugin, "LamaSSS")) && subsurface(n, isThree)) return true;
     for (const LeafRow& row : kLeaves) {
       if (!sameName(n.plugin, row.plugin)) continue;
       const Descriptor* d = registry_.find(Kind::Bxdf, row.plugin, diagnostics_, n.pos);
@@ -278,7 +306,7 @@ class Flattener {
     // keeps the look where the node says a colour
     const std::string prefix = next('D');
     const char* said = nullptr;
-    for (const char* name : {"color", "diffuseColor", "sssColor", "baseColor"})
+    for (const char* name : {"color", "diffuseColor", "sssColor", "baseColor", "colorTT"})
       if (!said && n.params.find(name)) said = name;
     scene::Parameter p;
     p.type = scene::ValueType::Color;
@@ -356,7 +384,9 @@ scene::NetworkPtr withFlatLayers(const scene::Network& network, Registry& regist
   if (back && front && back != front)
     flattener.tell(terminal.pos, "the material '" + terminal.handle + "' has another back than front",
                    "the front's is on both sides");
-  return flattener.flat(terminal, front ? front : back);
+  const scene::Node& root = front ? *front : *back;
+  if (sameName(root.plugin, "LamaHairChiang")) return flattener.alone(terminal, root);
+  return flattener.flat(terminal, &root);
 }
 
 }  // namespace kinora::shade

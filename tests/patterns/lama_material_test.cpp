@@ -70,6 +70,18 @@ Bxdf "LamaLayer" "all" "reference bxdf materialTop" ["coat"] "reference bxdf mat
   EXPECT_NE(quietly(named + coated), quietly(diffuse + coated));
 }
 
+// Three profiles, alone and in a tree; hair is a root by itself.
+TEST(LamaMaterial, TricolorAndHairAreRootsToo) {
+  const std::string root = "Bxdf \"LamaSurface\" \"s\" \"reference bxdf materialFront\" [\"a\"]\n";
+  const std::string three =
+      "Bxdf \"LamaTricolorSSS\" \"a\" \"color nearColor\" [0.8 0.3 0.1] \"color midColor\" [0.9 0.2 0.1] \"color "
+      "farColor\" [0.5 0.1 0.1] \"float nearRadius\" [20] \"float midRadius\" [60] \"float farRadius\" [150] \"float "
+      "nearWeight\" [0.5] \"float sssScale\" [1.5]\n";
+  EXPECT_EQ(quietly(three), quietly(three + root));
+  const std::string hair = "Bxdf \"LamaHairChiang\" \"a\" \"color colorTT\" [0.8 0.4 0.2]\n";
+  EXPECT_EQ(quietly(hair), quietly(hair + root));
+}
+
 TEST(LamaMaterial, TreesBecomeTheirStructure) {
   const std::string tree = R"(Pattern "PxrVary" "grey" "color inputRGB" [0.5 0.25 0.75]
 Bxdf "LamaDiffuse" "base" "color color" [0.8 0.3 0.1]
@@ -113,17 +125,22 @@ TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
   };
   told("Bxdf \"LamaSurface\" \"s\"\n", "no slab");
   told("Bxdf \"LamaLayer\" \"s\"\n", "no slab");
-  for (const std::string text : {"DL", "DD", "Q", "", "UXM", "DDDDDDDDDLLLLLLLL"})
+  for (const std::string text : {"DL", "DD", "K", "", "UXMQM", "DDDDDDDDDLLLLLLLL"})
     told("Bxdf \"LamaSurface\" \"s\" \"string structure\" [\"" + text + "\"]\n", "is no tree");
   told(
       "Bxdf \"PxrDiffuse\" \"a\" \"color diffuseColor\" [0.5 0.5 0.5]\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
       "materialFront\" [\"a\"]\n",
       "diffuseColor");
   told(
-      "Bxdf \"LamaSSS\" \"a\" \"color sssRadius\" [9 9 9]\nBxdf \"LamaSSS\" \"b\"\nBxdf \"LamaMix\" \"m\" "
-      "\"reference bxdf "
-      "material1\" [\"a\"] \"reference bxdf material2\" [\"b\"]\n",
-      "more than one slab");
+      "Bxdf \"LamaSSS\" \"a\" \"color sssRadius\" [9 9 9]\nBxdf \"LamaSSS\" \"b\"\nBxdf \"LamaTricolorSSS\" "
+      "\"c\"\nBxdf "
+      "\"LamaMix\" \"m\" \"reference bxdf material1\" [\"a\"] \"reference bxdf material2\" [\"b\"]\nBxdf \"LamaMix\" "
+      "\"n\" \"reference bxdf material1\" [\"m\"] \"reference bxdf material2\" [\"c\"]\n",
+      "more than 2 slabs");
+  told(
+      "Bxdf \"LamaHairChiang\" \"a\" \"color colorTT\" [0.8 0.4 0.2]\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaMix\" "
+      "\"m\" \"reference bxdf material1\" [\"a\"] \"reference bxdf material2\" [\"b\"]\n",
+      "a diffuse slab of its colorTT");
   told(
       "Bxdf \"LamaDiffuse\" \"a\"\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
       "materialFront\" [\"a\"] \"reference bxdf materialBack\" [\"b\"]\n",

@@ -23,13 +23,15 @@ Curves "cubic" [4 4 4] "nonperiodic" "P" [-1 -1 3  -0.6 0.4 2.6  -0.4 0.6 3.4  -
 
 TEST(Hair, WhiteFibresVanishInAFurnace) {
   for (const char* kind : {kTubes, kRibbons})
-    for (const char* diffuse : {"", "diffuse"}) {
-      const bool isDiffuse = *diffuse;
+    for (const char* what : {"hair", "diffuse", "chiang"}) {
+      const bool isDiffuse = *what == 'd';
       RenderRequest r;
       r.rib = orthographic(32, 1, 256) + unbiased(isDiffuse ? 60 : 30) +
               "WorldBegin\nLight \"PxrDomeLight\" \"sky\"\n" + kind +
-              (isDiffuse ? "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]\n" : kWhiteHair) + kBent +
-              "WorldEnd\n";
+              (isDiffuse      ? "Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 1 1]\n"
+               : *what == 'c' ? "Bxdf \"LamaHairChiang\" \"c\" \"color colorTT\" [1 1 1]\n"
+                              : kWhiteHair) +
+              kBent + "WorldEnd\n";
       SceneRender render(r);
       ASSERT_TRUE(render.ok());
       const image::Image picture = render.channel("Ci"), alpha = render.channel("a");
@@ -47,7 +49,7 @@ TEST(Hair, WhiteFibresVanishInAFurnace) {
       ASSERT_GT(pixels, 100);
       const double mean = sum / pixels, error = std::sqrt((squares / pixels - mean * mean) / pixels);
       EXPECT_GT(covered, 0.2);
-      EXPECT_NEAR(mean, 1, 4 * error + 0.002) << kind << diffuse << " error " << error;
+      EXPECT_NEAR(mean, 1, 4 * error + 0.002) << kind << what << " error " << error;
     }
 }
 

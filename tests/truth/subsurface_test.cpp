@@ -454,6 +454,239 @@ TEST(Subsurface, SingleScatteringFindsWhatLightSamplesDo) {
   EXPECT_SAME_MEAN(overSeeds(scene(true), 8), overSeeds(scene(false), 12), 0.015);
 }
 
+// Lengths in render units; of single scattering alone.
+std::string plate(const std::string& more) {
+  return "Bxdf \"PxrSurface\" \"s\" \"float diffuseGain\" [0] \"float unitLength\" [1] " +
+         gray("singlescatterMfpColor", 1) + more + "\n";
+}
+
+// Light samples and directions of the phase function share the lights: as much as light samples find alone, which they do
+// where the scene has media, and where it scatters forward with a part of their noise. A sky, and a lamp close to the ball,
+// which is at another distance from where light scatters than from where it leaves.
+TEST(Subsurface, DirectionsAndLightSamplesShareSingleScattering) {
+  const char* const lamp =
+      "AttributeBegin ConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  0 0.3 6.7 1] Light \"PxrRectLight\" \"l\" \"float "
+      "intensity\" [5] AttributeEnd\n"
+      "AttributeBegin Translate 0 0 6.6 Light \"PxrSphereLight\" \"m\" \"float intensity\" [5] AttributeEnd\n";
+  const char* const haze =
+      "AttributeBegin Bxdf \"PxrVolume\" \"v\" \"color diffuseColor\" [0.5 0.5 0.5] \"float densityFloat\" [1]\n"
+      "Translate 300 0 -900 Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nAttributeEnd\n";
+  for (const char* lights : {kSky, lamp}) {
+    const auto scene = [&](bool shares) {
+      RenderRequest r;
+      r.rib = orthographic(16, 0.9, 32) + unbiased(0) + "WorldBegin\n" + lights + (shares ? "" : haze) +
+              plate(single(number("singlescatterMfp", 0.7) + number("singlescatterDirectionality", 0.8))) + kBall +
+              "WorldEnd\n";
+      return r;
+    };
+    const Moments both = overSeeds(scene(true), 24), samples = overSeeds(scene(false), 24);
+    EXPECT_NEAR(both.mean(), samples.mean(), 4 * std::hypot(both.standardError(), samples.standardError()));
+    EXPECT_LE(both.standardError(), 0.02 * both.mean()) << "too noisy to judge";
+    if (lights == kSky) {
+      EXPECT_LT(both.standardError(), 0.6 * samples.standardError());
+    }
+  }
+}
+
+// A plate between a camera and a sky: what passes unscattered is Fresnel's transmittance at both faces, as n^2 goes and
+// comes, and Beer and Lambert's law along the way that is bent inside. A gain and a tint multiply it.
+TEST(Subsurface, WhatPassesUnscatteredIsBeerLamberts) {
+  for (const auto& [ior, turn] : {std::pair{1.0, 40.0}, std::pair{1.5, 0.0}, std::pair{1.4, 50.0}}) {
+    RenderRequest r;
+    r.rib = orthographic(12, 0.1, 64) + unbiased(0) + "WorldBegin\n" + kSky +
+            plate(number("singlescatterDirectGain", 0.8) + color("singlescatterDirectGainTint", 1, 0.5, 0.25) +
+                  number("singlescatterMfp", 0.7) + number("singlescatterIor", ior)) +
+            "Translate 0 0 90 Rotate " + std::to_string(turn) + " 0 1 0 Scale 40 40 0.5\n" + kCube + "WorldEnd\n";
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    const double mu = std::cos(turn * kPi / 180), inside = std::sqrt(1 - (1 - mu * mu) / (ior * ior));
+    const double through = std::pow(1 - reflectance(mu, 1 / ior), 2) * std::exp(-1 / inside / 0.7);
+    const double tint[3] = {1, 0.5, 0.25};
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(overPixels(render.channel("Ci"), c).mean(), 0.8 * tint[c] * through, 2e-3 * through) << ior;
+  }
+}
+
+// Before a background that is black on one side: a blurred boundary lets its light into the dark, as much as it takes from
+// the other half, and keeps less of it than a clear one.
+TEST(Subsurface, BlurSpreadsWhatPasses) {
+  const auto shown = [](double blur, bool half) {
+    RenderRequest r;
+    r.rib =
+        orthographic(16, 1, 256) + unbiased(1) + "WorldBegin\n" + kSky +
+        plate(number("singlescatterDirectGain", 1) + number("singlescatterMfp", 1e6) +
+              number("singlescatterBlur", blur)) +
+        "AttributeBegin Translate 0 0 6 Scale 40 40 0.5\n" + kCube + "AttributeEnd\n" +
+        (half ? "Bxdf \"PxrBlack\" \"k\"\nPolygon \"vertex point P\" [0 -40 8  0 40 8  40 40 8  40 -40 8]\n" : "") +
+        "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return render.channel("Ci");
+  };
+  const auto columns = [](const image::Image& picture, int first, int last) {
+    Moments m;
+    for (int x = first; x < last; ++x)
+      for (int y = 0; y < 16; ++y) m.add(picture.at(x, y)[1]);
+    return m;
+  };
+  const image::Image sharp = shown(0, true), soft = shown(0.6, true), whole = shown(0.6, false);
+  EXPECT_NEAR(columns(sharp, 0, 8).mean(), std::pow(1 - reflectance(1, 1 / 1.3), 2), 2e-3);
+  EXPECT_EQ(columns(sharp, 8, 16).mean(), 0);
+  EXPECT_GT(columns(soft, 8, 10).mean(), 0.1);
+  EXPECT_GT(columns(soft, 8, 10).mean(), columns(soft, 14, 16).mean() * 1.5);
+  const Moments both = columns(soft, 0, 16), all = columns(whole, 0, 16);
+  EXPECT_NEAR(both.mean(), all.mean() / 2, 4 * std::hypot(both.standardError(), all.standardError() / 2));
+  EXPECT_LT(all.mean(), columns(sharp, 0, 8).mean());
+}
+
+// Two plates of one body with a gap between them.
+TEST(Subsurface, StraightWaysMayPassInnerSurfaces) {
+  const auto shown = [](int mode, int most, const char* gain) {
+    RenderRequest r;
+    const std::string plateAt =
+        "\nAttributeBegin Translate 0 0 @ Scale 40 40 0.5\n" + std::string(kCube) + "AttributeEnd\n";
+    const auto at = [&](const char* z) { return std::string(plateAt).replace(plateAt.find('@'), 1, z); };
+    r.rib =
+        orthographic(8, 0.5, 64) + unbiased(0) + "WorldBegin\n" + kSky +
+        "Attribute \"grouping\" \"string membership\" [\"body\"]\n" +
+        plate(number(gain, 1) + number("singlescatterMfp", 2) + number("singlescatterIor", 1) +
+              "\"string singlescatterSubset\" [\"body\"] \"int singlescatterContinuationRayMode\" [" +
+              std::to_string(mode) + "] \"int singlescatterMaxContinuationHits\" [" + std::to_string(most) + "] ") +
+        at("5") + at("7") + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return overPixels(render.channel("Ci"), 1);
+  };
+  const char* const direct = "singlescatterDirectGain";
+  EXPECT_EQ(shown(0, 2, direct).mean(), 0);  // behind the first there is the second, and no bounce is left
+  EXPECT_EQ(shown(1, 0, direct).mean(), 0);
+  EXPECT_NEAR(shown(1, 2, direct).mean(), std::exp(-1.5), 1e-3);  // with the gap
+  EXPECT_NEAR(shown(2, 2, direct).mean(), std::exp(-1.), 1e-3);   // without
+  // what scatters does so within the plates, or all the way, and leaves behind both where it goes that way
+  const Moments one = shown(0, 2, "singlescatterGain"), filled = shown(1, 2, "singlescatterGain");
+  EXPECT_GT(filled.mean(), one.mean() + 4 * std::hypot(filled.standardError(), one.standardError()));
+}
+
+TEST(Subsurface, LightLinksCountForSingleScattering) {
+  const auto shown = [](const std::string& links) {
+    RenderRequest r;
+    r.rib = orthographic(12, 0.8, 64) + unbiased(0) +
+            "WorldBegin\nLight \"PxrDistantLight\" \"A\" \"float intensity\" [1]\nAttributeBegin Rotate 60 1 0 0\n"
+            "Light \"PxrDistantLight\" \"B\" \"float intensity\" [2]\nAttributeEnd\n" +
+            links + plate(single(number("singlescatterMfp", 0.5))) + kBall + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return overPixels(render.channel("Ci"), 1);
+  };
+  const auto subset = [](const char* which) {
+    return std::string("Attribute \"lighting\" \"string subset\" [\"") + which + "\"]\n";
+  };
+  const Moments a = shown(subset("A")), b = shown(subset("B")), both = shown("");
+  EXPECT_EQ(shown("Attribute \"lighting\" \"string excludesubset\" [\"A B\"]\n").mean(), 0);
+  EXPECT_GT(a.mean(), 0);
+  EXPECT_GT(b.mean(), 0);
+  EXPECT_NEAR(a.mean() + b.mean(), both.mean(),
+              4 * std::hypot(both.standardError(), std::hypot(a.standardError(), b.standardError())));
+}
+
+// A sheet has nothing below it, and says so; a ball that is inside out has it on both sides if asked.
+TEST(Subsurface, SingleScatteringNeedsAnInside) {
+  for (const char* gain : {"singlescatterGain", "singlescatterDirectGain"}) {
+    const auto shown = [&](const std::string& more, const std::string& what, bool isOpen) {
+      RenderRequest r;
+      r.rib = orthographic(12, 0.5, 64) + unbiased(0) + "WorldBegin\n" + kSky +
+              plate(number(gain, 1) + number("singlescatterMfp", 1) + more) +
+              "Attribute \"identifier\" \"string name\" [\"sheet\"]\n" + what + "WorldEnd\n";
+      SceneRender render(r);
+      EXPECT_TRUE(render.ok());
+      EXPECT_EQ(says(render, "SUBSURFACE-OPEN") || says(render, "met nothing of its object"), isOpen);
+      EXPECT_EQ(says(render, "sheet"), isOpen);
+      return overPixels(render.channel("Ci"), 1);
+    };
+    SCOPED_TRACE(gain);
+    EXPECT_EQ(shown("", "Polygon \"vertex point P\" [-2 -2 5  -2 2 5  2 2 5  2 -2 5]\n", true).mean(), 0);
+    const std::string inverted = "ReverseOrientation Translate 0 0 5 Sphere 1 -1 1 360\n";
+    const Moments plain = shown("", "Translate 0 0 5 Sphere 1 -1 1 360\n", false),
+                  turned = shown("\"int singlescatterDoubleSided\" [1] ", inverted, false);
+    EXPECT_GT(plain.mean(), 0.05);
+    EXPECT_EQ(shown("", inverted, false).mean(), 0);
+    EXPECT_NEAR(turned.mean(), plain.mean(), 4 * std::hypot(plain.standardError(), turned.standardError()));
+  }
+}
+
+// Light let through: what enters a plate by a cosine's law and is left of it behind, twice the exponential integral E3 of
+// the thickness in mean free paths.
+TEST(Subsurface, TransmitGainLetsLightThroughPlates) {
+  const double thickness = 0.6;
+  for (const int t : {2, 4}) {
+    RenderRequest r;
+    r.rib = orthographic(16, 0.2, 256) + unbiased(0) + "WorldBegin\n" + kSky +
+            wax(type(t) + number("subsurfaceGain", 0) + number("subsurfaceTransmitGain", 0.7) +
+                color("subsurfaceColor", 1, 0.5, 0.2) + number("subsurfaceDmfp", 1) +
+                color("subsurfaceDmfpColor", 1, 0.5, 0.3)) +
+            "Translate 0 0 5 Scale 40 40 0.3\n" + kCube + "WorldEnd\n";
+    // one gain is said twice: the second counts
+    r.rib.replace(r.rib.find("\"float subsurfaceGain\" [1] "), 27, "");
+    SceneRender render(r);
+    ASSERT_TRUE(render.ok());
+    const double tint[3] = {1, 0.5, 0.2}, by[3] = {1, 0.5, 0.3};
+    for (int c = 0; c < 3; ++c) {
+      double passes = 0;
+      for (int i = 0; i < 4000; ++i) {
+        const double mu = (i + 0.5) / 4000;
+        passes += 2 * mu * std::exp(-thickness / (mu * by[c])) / 4000;
+      }
+      EXPECT_MEAN(overPixels(render.channel("Ci"), c), 0.7 * tint[c] * passes, 0.02);
+    }
+  }
+}
+
+// A block that is lit from behind shows nothing where backs do not count.
+TEST(Subsurface, BacksMayBeLeftOut) {
+  for (const int t : {2, 4}) {
+    const auto shown = [&](const std::string& more) {
+      RenderRequest r;
+      r.rib =
+          orthographic(16, 0.5, 64) + unbiased(0) +
+          "WorldBegin\nAttributeBegin Rotate 180 0 1 0\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [1] "
+          "\"float angleExtent\" [0]\nAttributeEnd\n" +
+          wax(type(t) + gray("subsurfaceColor", 0.8) + number("subsurfaceDmfp", t == 2 ? 2 : 0.5) + more) +
+          "Translate 0 0 5 Scale 1 1 0.3\n" + kCube + "WorldEnd\n";
+      SceneRender render(r);
+      EXPECT_TRUE(render.ok());
+      return overPixels(render.channel("Ci"), 1);
+    };
+    EXPECT_GT(shown("").mean(), 0.001);
+    EXPECT_EQ(shown("\"int considerBackside\" [0] ").mean(), 0);
+    const std::string once = number("subsurfaceGain", 0) + single(number("singlescatterMfp", 0.5));
+    EXPECT_GT(shown(once).mean(), 0.001);
+    EXPECT_EQ(shown(once + "\"int singlescatterConsiderBackside\" [0] ").mean(), 0);
+  }
+}
+
+// Walks pass the inner surfaces of parts that overlap, whichever way that is said.
+TEST(Subsurface, ContinuationRaysMakeOneBody) {
+  const auto shown = [](const std::string& more) {
+    RenderRequest r;
+    r.rib =
+        orthographic(16, 0.3, 16) + unbiased(2) + "WorldBegin\n" + kSky +
+        wax(type(4) + gray("subsurfaceColor", 1) + number("subsurfaceDmfp", 4) + more) +
+        "Translate 0 0 5 PointsPolygons [4 4 4 4 4 4 4 4 4 4 4 4] [0 1 3 2  4 6 7 5  0 4 5 1  2 3 7 6  0 2 6 4  1 5 "
+        "7 "
+        "3  8 9 11 10  12 14 15 13  8 12 13 9  10 11 15 14  8 10 14 12  9 13 15 11]\n\"vertex point P\" [-1 -1 -1  "
+        "-1 "
+        "-1 1  -1 1 -1  -1 1 1  1 -1 -1  1 -1 1  1 1 -1  1 1 1  -0.5 -2 -0.5  -0.5 -2 1.5  -0.5 2 -0.5  -0.5 2 1.5  "
+        "0.5 -2 -0.5  0.5 -2 1.5  0.5 2 -0.5  0.5 2 1.5]\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return hashOf(render.film());
+  };
+  const uint64_t joined = shown("\"int subsurfaceResolveSelfIntersections\" [1] ");
+  EXPECT_EQ(shown("\"int continuationRayMode\" [1] "), joined);
+  EXPECT_EQ(shown("\"int continuationRayMode\" [2] "), joined);
+  EXPECT_NE(shown(""), joined);
+}
+
 // A block that is lit from behind: light that comes out at the front went in where the surface faces the other way.
 TEST(Subsurface, TopologyIsFollowed) {
   const auto shown = [](const std::string& material) {
@@ -804,6 +1037,61 @@ TEST(Subsurface, LayeredMaterialsScatterAlike) {
   // by mean free paths a furnace is one too
   EXPECT_MEAN(underTheSky(lama + mode(1) + color("sssColor", 1, 1, 1) + "\"int albedoInversionMethod\" [1] "), 1,
               0.005);
+}
+
+// Two slabs that scatter below in one material are the mean of both, whatever each is made of.
+TEST(Subsurface, TwoSlabsShareAMaterial) {
+  const auto slab = [&](const char* plugin, const char* name, const std::string& more) {
+    return std::string("Bxdf \"") + plugin + "\" \"" + name + "\" \"float sssUnitLength\" [1] " + more + "\n";
+  };
+  const auto walks = [&](const char* name) {
+    return slab("LamaSSS", name,
+                color("color", 0.9, 0.8, 0.2) + color("sssRadius", 0.4, 0.3, 0.1) + "\"int sssMode\" [1] ");
+  };
+  const auto burley = [&](const char* name) {
+    return slab("LamaSSS", name, color("color", 0.3, 0.2, 0.6) + gray("sssRadius", 0.3) + "\"int sssMode\" [2] ");
+  };
+  const auto three = [&](const char* name) {
+    return slab("LamaTricolorSSS", name,
+                color("nearColor", 0.4, 0.7, 0.9) + color("midColor", 0.1, 0.2, 0.3) +
+                    color("farColor", 0.9, 0.8, 0.3) + number("nearWeight", 0.4) + number("midWeight", 0.3) +
+                    number("farWeight", 0.2) + number("nearRadius", 0.1) + number("midRadius", 0.3) +
+                    number("farRadius", 1));
+  };
+  const std::string mix =
+      "Bxdf \"LamaMix\" \"m\" \"reference bxdf material1\" [\"a\"] \"reference bxdf material2\" [\"b\"] \"float "
+      "mix\" [0.3]";
+  const auto agree = [&](const std::string& a, const std::string& b, const std::string& aAlone,
+                         const std::string& bAlone) {
+    const Moments first = underTheSky(aAlone), second = underTheSky(bAlone), both = underTheSky(a + b + mix);
+    EXPECT_NEAR(
+        both.mean(), 0.7 * first.mean() + 0.3 * second.mean(),
+        4 * std::hypot(both.standardError(), std::hypot(0.7 * first.standardError(), 0.3 * second.standardError())));
+    EXPECT_GT(std::fabs(first.mean() - second.mean()), 20 * both.standardError()) << "too alike to judge";
+  };
+  agree(walks("a"), burley("b"), walks("a"), burley("b"));
+  agree(walks("a"), three("b"), walks("a"), three("b"));
+}
+
+// Three profiles by the names of Lama are type 3 of PxrSurface.
+TEST(Subsurface, TricolorIsASumOfProfiles) {
+  const std::string lama = "Bxdf \"LamaTricolorSSS\" \"l\" \"float sssUnitLength\" [0.1] \"float sssScale\" [2] " +
+                           color("nearColor", 0.9, 0.6, 0.3) + color("midColor", 0.5, 0.9, 0.3) +
+                           color("farColor", 0.2, 0.1, 0.8) + number("nearWeight", 0.5) + number("midWeight", 0.3) +
+                           number("farWeight", 0.1) + number("nearRadius", 1) + number("midRadius", 2) +
+                           number("farRadius", 8);
+  const std::string surface = color("subsurfaceColor", 0.9, 0.6, 0.3) + color("shortSubsurfaceColor", 0.5, 0.9, 0.3) +
+                              color("longSubsurfaceColor", 0.2, 0.1, 0.8) + number("shortSubsurfaceGain", 0.3) +
+                              number("longSubsurfaceGain", 0.1) + number("subsurfaceDmfp", 0.2) +
+                              number("shortSubsurfaceDmfp", 0.4) + number("longSubsurfaceDmfp", 1.6);
+  std::string other = wax(type(3) + surface);
+  other.replace(other.find("\"float subsurfaceGain\" [1]"), 26, "\"float subsurfaceGain\" [0.5]");
+  EXPECT_SAME_MEAN(underTheSky(lama), underTheSky(other), 0.005);
+  // without radii a diffuse surface of the sum
+  EXPECT_MEAN(underTheSky("Bxdf \"LamaTricolorSSS\" \"l\" " + gray("nearColor", 0.9) + gray("midColor", 0.6) +
+                          gray("farColor", 0.3) + number("nearWeight", 0.2) + number("midWeight", 0.3) +
+                          number("farWeight", 0.5)),
+              0.51, 0.005);
 }
 
 TEST(Subsurface, OtherIntegratorsReflect) {

@@ -61,7 +61,7 @@ struct LamaSSS {
     bindLeaf(c, k, kindOf(int(c.param(kMode).data[0][0]), flag(c, kInversion)), {.color = kColor, .normal = kNormal});
     lama::Leaf& l = k.leaves[0];
     if (l.bump < 0) l.bump = bindNormal(c, k, kSssNormal, -1);
-    l.color = k.subsurface.color = colorOf(c, kColor, kSssColor, 0.18f);
+    l.color = k.below[0].color = colorOf(c, kColor, kSssColor, 0.18f);
   }
   static char kindOf(int mode, bool areFlights) {
     switch (mode) {

@@ -46,12 +46,13 @@ constexpr Param kParams[] = {
     param::structure("materialBack").help("Not rendered yet: the front's material is on both sides."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::string("structure", "D")
-        .options("D|DRL|CDM|DHP|GRL|DSLHL|TDMEP|TGM")
+        .options("D|DRL|CDM|DHP|GRL|DSLHL|TDMEP|TGM|XQM")
         .help(
             "The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
             "colours), G "
             "glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), F film, H sheen, T "
-            "translucent, E emission, U subsurface by sssRadius and its kin (X exponential, Y Burley's profile; V, "
+            "translucent, E emission, U subsurface by sssRadius and its kin, the second such leaf by sss2Radius (X "
+            "exponential, Y Burley's profile, Q three of them; V, "
             "W, "
             "Z the same by mean free paths). L: the newest lies on the one before, M: mix, P: sum."),
     LEAF(1),
@@ -69,20 +70,30 @@ constexpr Param kParams[] = {
     OP(5),
     OP(6),
     OP(7),
-    KINORA_LAMA_SUBSURFACE};
+    KINORA_LAMA_SUBSURFACE,
+    KINORA_LAMA_THREE_OF("sss"),
+    KINORA_LAMA_SUBSURFACE_OF("sss2"),
+    KINORA_LAMA_THREE_OF("sss2")};
 constexpr uint32_t kFirstOp = kFirstLeaf + lama::kMaxLeaves * kLeafSize,
                    kFirstOfSubsurface = kFirstOp + 2 * lama::kMaxOps;
-constexpr lama::SubsurfaceParams kSubsurface{kFirstOfSubsurface,     kFirstOfSubsurface + 1, kFirstOfSubsurface + 2,
-                                             kFirstOfSubsurface + 3, kFirstOfSubsurface + 4, kFirstOfSubsurface + 5,
-                                             kFirstOfSubsurface + 6, kFirstOfSubsurface + 7, kFirstOfSubsurface + 8};
-static_assert(std::size(kParams) == kFirstOfSubsurface + 9);
+// Of each leaf that scatters below, in their order.
+constexpr uint32_t kSubsurfaceSize = 17;
+constexpr lama::SubsurfaceParams subsurfaceAt(uint32_t leaf) {
+  const uint32_t f = kFirstOfSubsurface + leaf * kSubsurfaceSize;
+  return {f, f + 1, f + 2, f + 3, f + 4, f + 5, f + 6, f + 7, f + 8};
+}
+constexpr lama::ThreeParams threeAt(uint32_t leaf) {
+  const uint32_t f = kFirstOfSubsurface + leaf * kSubsurfaceSize + 9;
+  return {{f, f + 1, f + 2}, {f + 3, f + 4, f + 5}, {f + 6, f + 7}};
+}
+static_assert(std::size(kParams) == kFirstOfSubsurface + lama::kMaxBelow * kSubsurfaceSize);
 
 struct LamaSurface {
   static constexpr bool kGlass = true, kScatters = true;
 
   static void begin(const Context& c, lama::Closure& k) {
     TreeBuilder tree(c, k);
-    bool sound = true, hasSubsurface = false;
+    bool sound = true;
     for (const char letter : std::string_view(c.fn->text(&c, kStructure))) {
       if (letter == lama::kOpLayer || letter == lama::kOpMix || letter == lama::kOpAdd) {
         const uint32_t first = kFirstOp + 2 * k.opCount;
@@ -90,10 +101,11 @@ struct LamaSurface {
       } else {
         const int first = int(kFirstLeaf + kLeafSize * k.leafCount);
         sound = sound && std::string_view(lama::kLeafKinds).find(letter) != std::string_view::npos &&
-                !(lama::isSubsurface(letter) && hasSubsurface);
+                !(lama::isSubsurface(letter) && k.belowCount == lama::kMaxBelow);
         if (sound && lama::isSubsurface(letter)) {
-          hasSubsurface = true;
-          bindSubsurface(c, k, kSubsurface);
+          const uint32_t which = k.belowCount;
+          lobes::SubsurfaceClosure& s = bindSubsurface(c, k, subsurfaceAt(which));
+          if (letter == lama::kKindThreeProfiles) bindThree(c, s, threeAt(which));
         }
         sound = sound && tree.leaf(letter, {.color = first + int(kColor),
                                             .through = first + int(kThrough),
@@ -109,7 +121,7 @@ struct LamaSurface {
     }
     if (sound && tree.whole()) return;
     // written by hand and no tree: the first leaf as a diffuse surface
-    k.leafCount = k.opCount = 0;
+    k.leafCount = k.opCount = k.belowCount = 0;
     k.layered = k.glows = false;
     k.glass = -1;
     bindLeaf(c, k, lama::kKindDiffuse, {.color = int(kFirstLeaf)});
@@ -126,7 +138,11 @@ struct LamaSurface {
     return has(v, [](char kind) { return kind == lama::kKindGlass || kind == lama::kKindArtisticGlass; });
   }
   static uint32_t scattersBelow(const ParamValue* v, uint32_t) {
-    return v[kSubsurface.radius].mayBeOn() && v[kSubsurface.scale].mayBeOn() && has(v, lama::isSubsurface);
+    const auto reaches = [&](uint32_t leaf) {
+      const lama::SubsurfaceParams p = subsurfaceAt(leaf);
+      return v[p.radius].mayBeOn() && v[p.scale].mayBeOn();
+    };
+    return (reaches(0) || reaches(1)) && has(v, lama::isSubsurface);
   }
 };
 #define PLASTIC "structure=DRL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; "
@@ -140,6 +156,10 @@ constexpr const char* kConserving[] = {
     "structure=DHL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; leaf2_roughness=0.4",
     "structure=DSLHL; leaf1_color=0.9 0.9 0.9; leaf2_color=1 1 1; leaf3_color=1 1 1",
     "structure=URL; leaf1_color=0.8 0.8 0.8; sssRadius=1 0.5 0.2; sssUnitLength=1",
+    "structure=XYM; op1_amount=0.3; leaf1_color=1 1 1; leaf2_color=1 1 1; sssRadius=1 0.5 0.2; sssUnitLength=1; "
+    "sss2Radius=2 1 1; sss2UnitLength=1",
+    "structure=Q; leaf1_color=1 1 1; sssMidColor=1 1 1; sssFarColor=1 1 1; sssMidWeight=1; sssFarWeight=1; "
+    "sssRadius=1 1 1; sssUnitLength=1",
     nullptr};
 #undef PLASTIC
 #undef LEAF

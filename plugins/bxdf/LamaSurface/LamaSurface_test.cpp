@@ -289,7 +289,7 @@ TEST(LamaSurface, EmissionIsSharedAndCovered) {
 // No text that a scene could give is taken for a tree that it is not.
 TEST(LamaSurface, BrokenStructuresAreADiffuseSurface) {
   const Descriptor* d = kinoraStock_LamaSurface();
-  for (const std::string text : {"L", "DL", "DD", "QDL", "UXM", "DDDDDDDDDLLLLLLLL", "D L", "DDDMMMM"}) {
+  for (const std::string text : {"L", "DL", "DD", "KDL", "UXMYM", "DDDDDDDDDLLLLLLLL", "D L", "DDDMMMM"}) {
     Setting s = settingOf(d, "leaf1_color=0.5 0.5 0.5");
     for (uint32_t i = 0; i < d->paramCount; ++i)
       if (std::string(d->params[i].name) == "structure") s.strings[i] = {text};

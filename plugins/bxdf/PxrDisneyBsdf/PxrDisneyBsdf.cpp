@@ -124,7 +124,7 @@ struct PxrDisneyBsdf {
     }
     push(lama::kKindBurley, diffuse, sheen);
     if (scatters) {
-      lobes::SubsurfaceClosure& s = k.subsurface;
+      lobes::SubsurfaceClosure& s = k.below[0];
       s.color = c.param(kSubsurfaceColor);
       s.reach = constant(c, 1, 1);
       s.reachColor = reach;

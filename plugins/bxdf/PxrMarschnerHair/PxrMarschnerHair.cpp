@@ -1,5 +1,5 @@
 // PxrMarschnerHair: hair, fur and other fibres on curves. Reflection (R), transmission (TT), internal reflection (TRT), its
-// caustics (glints), the rest of the longer paths, and a diffuse lobe. Papers: fiber.h; diffuse lobes of Zinke et al.,
+// caustics (glints), the rest of the longer paths, and a diffuse lobe. Papers: hair/fiber.h; diffuse lobes of Zinke et al.,
 // "A Simple Analytic Model for Global Illumination in Hair" and Kajiya and Kay (SIGGRAPH 1989). Importance: by lobes, each
 // exactly, longitudinally and azimuthally.
 //
@@ -10,7 +10,7 @@
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrMarschnerHair/PxrMarschnerHair.cpp"
 #include <kinora/bxdf_author.h>
 
-#include "fiber.h"
+#include "plugins/bxdf/hair/fiber.h"
 
 KINORA_KERNELS_BEGIN
 
@@ -120,7 +120,7 @@ struct PxrMarschnerHair {
     bool kajiya = false, adjoint = false, eccentric = false;
     Value diffuseGain, diffuseColor, gain[kHairPaths], color[3], cone[3], offset, ior, mix, glintWidth, eccentricity,
         direction, compensation, glowGain, glowColor;
-    Value along, aroundU, across;  // dPdv, dPdu; where a ribbon was met
+    hair::FiberPlace place;
   };
   template <int W>
   using HasEmission = void;
@@ -146,9 +146,7 @@ struct PxrMarschnerHair {
     k.compensation = c.param(kEnergyCompensation);
     k.glowGain = c.param(kGlowGain);
     k.glowColor = c.param(kGlowColor);
-    k.along = c.builtin(Builtin::DPdv);
-    k.across = c.fn->primvar(&c, "__ribbon", nullptr);
-    if (k.across.components) k.aroundU = c.builtin(Builtin::DPdu);
+    k.place.bind(c);
   }
   static void presence(const Context* c, float* out) { copyFloat(c->param(kPresence), c->padded, out); }
   template <int W>
@@ -166,10 +164,10 @@ struct PxrMarschnerHair {
       F energy[kTechniques], total;
       KN_INLINE Side() {}
     };
-    Vec3<W> T, X, Y, Ng;  // X: wo in the plane normal to the fibre, Y = T x X
-    Inclination<W> outgoing;
+    FiberFrame<W> frame;
+    Vec3<W> Ng;
     Mask<W> turnsWithNormal;  // the section's axis, where no direction is said
-    F gamma, turn;            // azimuths of the normal and of the section's axis, from X
+    F turn;                   // azimuth of the section's axis, from X
     AlongLobe<W> along[3];
     AboutLobe<W> about[kHairPaths];
     F tiltSine[3], tiltCosine[3];
@@ -180,34 +178,14 @@ struct PxrMarschnerHair {
     bool kajiya, adjoint, eccentric;
 
     HWY_ATTR HWY_NOINLINE Lanes(const Closure& k, const Surface<W>& s)
-        : Ng(s.Ng), kajiya(k.kajiya), adjoint(k.adjoint), eccentric(k.eccentric) {
+        : frame(k.place, s), Ng(s.Ng), kajiya(k.kajiya), adjoint(k.adjoint), eccentric(k.eccentric) {
       const F none(0.f), one(1.f);
-      // the fibre's frame
-      Vec3<W> t = k.along.components ? loadVec<W>(k.along, s.at) : Vec3<W>(none, none, none);
-      const F t2 = dot(t, t);
-      const Mask<W> hasAlong = (t2 > F(1e-30f)) & isFinite(t2);
-      T = select(hasAlong, t * (one / sqrt(select(hasAlong, t2, one))), Frame<W>(s.N).y);
-      const F sine = clamp(dot(s.wo, T), F(-1.f), one);
-      const Vec3<W> flat = fma(T, -sine, s.wo);
-      const F flat2 = dot(flat, flat);
-      const Mask<W> slanted = flat2 > F(1e-10f);
-      X = select(slanted, normalize(select(slanted, flat, s.N)), Frame<W>(T).x);
-      X = normalize(fma(T, -dot(T, X), X));
-      Y = cross(T, X);
-      outgoing = Inclination<W>(sine, sqrt(flat2));
-      gamma = atan2(dot(s.N, Y), max(dot(s.N, X), none));
-      if (k.across.components) {
-        // a ribbon stands for a tube: where it was met says where the tube would have been
-        const F u = loadFloat<W>(k.across, s.at);
-        const F side = dot(loadVec<W>(k.aroundU, s.at), Y);
-        gamma = select(abs(u) <= one, asin(select(side < none, -u, u)), gamma);
-      }
-      turn = gamma;
+      turn = frame.gamma;
       turnsWithNormal = Mask<W>(true);
       if (eccentric) {
         const Vec3<W> d = loadVec<W>(k.direction, s.at);
         turnsWithNormal = dot(d, d) <= F(1e-12f);
-        turn = select(turnsWithNormal, turn, atan2(dot(d, Y), dot(d, X)));
+        turn = select(turnsWithNormal, turn, atan2(dot(d, frame.Y), dot(d, frame.X)));
       }
       // the lobes
       const F degree(kPi / 180.f);
@@ -235,7 +213,7 @@ struct PxrMarschnerHair {
       for (int p = 0; p < int(kHairPaths); ++p) colorMean[p] = average(color[p]);
       insideMean = average(inside);
       diffuseMean = average(diffuse);
-      own = sideOf(outgoing, gamma, turn);
+      own = sideOf(frame.outgoing, frame.gamma, turn);
     }
 
     static KN_INLINE Rgb<W> positive(Rgb<W> c) {
@@ -286,29 +264,22 @@ struct PxrMarschnerHair {
         out[kMakeDiffuse] = i.c * F(0.25f * kInvPi) * max(fma(F(kPi) - a, c, s), F(0.f));
       }
     }
-    static KN_INLINE F mixed(const Side& side, const F density[kTechniques]) {
-      F sum(0.f);
-      for (uint32_t k = 0; k < kTechniques; ++k) sum = fma(side.energy[k], density[k], sum);
-      return sum / max(side.total, F(1e-30f));
-    }
-
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
-      const F x = dot(wi, X), y = dot(wi, Y);
-      const Inclination<W> i(clamp(dot(wi, T), F(-1.f), F(1.f)), sqrt(fma(x, x, y * y)));
-      const F phi = atan2(y, x);
+      F phi;
+      const Inclination<W> i = frame.inclinationOf(wi, phi);
       F forward[kTechniques];
       densities(own, i, phi, forward);
-      out.pdf = mixed(own, forward);
+      out.pdf = mixedDensity(own.energy, own.total, forward);
 
       // The way back through the fibre comes in at the mirrored offset: with another one, the density would go with other
       // values than with those that it is of, and weights of light transport by them would not sum to 1 over the width.
       if (out.wantsReverse || adjoint) {
-        const Side other = sideOf(i, -gamma, select(turnsWithNormal, -turn, turn - phi));
+        const Side other = sideOf(i, -frame.gamma, select(turnsWithNormal, -turn, turn - phi));
         F back[kTechniques];
-        densities(other, outgoing, -phi, back);
-        out.pdfReverse = mixed(other, back);
+        densities(other, frame.outgoing, -phi, back);
+        out.pdfReverse = mixedDensity(other.energy, other.total, back);
         // light leaves towards wi: what an eye there would see of the fibre's whole width
-        if (adjoint) add(other, back, i.c / max(outgoing.c, F(1e-3f)), wi, out);
+        if (adjoint) add(other, back, i.c / max(frame.outgoing.c, F(1e-3f)), wi, out);
       }
       if (!adjoint) add(own, forward, F(1.f), wi, out);
     }
@@ -342,21 +313,9 @@ struct PxrMarschnerHair {
     }
 
     KN_INLINE void sample(F u, F v, F w, LobeSample<W>& out) const {
-      // which technique; what is left of w is uniform again
-      F rest = w * own.total, share(0.f);
-      Int<W> which(0u);
-      Mask<W> open(true);
-      for (uint32_t k = 0; k < kTechniques; ++k) {
-        const F e = own.energy[k];
-        const Mask<W> here = open & (e > F(0.f)) & ((rest < e) | Mask<W>(k + 1 == kTechniques));
-        which = select(here, Int<W>(k), which);
-        share = select(here, e, share);
-        open = open & !here;
-        rest = select(open, rest - e, rest);
-      }
-      // rounding may walk past the last one that is on
-      const Mask<W> found = !open;
-      const F third = clamp(rest / max(share, F(1e-30f)), F(0.f), F(0x1.fffffep-1f));
+      const ChosenTechnique<W> chosen(own.energy, own.total, w);
+      const Int<W> which = chosen.which;
+      const F third = chosen.rest;
       F turnSine, turnCosine;
       sincos(v * F(kTwoPi), turnSine, turnCosine);
       F sine(0.f), phi(0.f);
@@ -372,10 +331,7 @@ struct PxrMarschnerHair {
         sine = select(isRest, along[kPathTRT].sample(own.shifted[kPathTRT], u, turnCosine), sine);
         phi = select(isRest, third * F(kTwoPi), phi);
       }
-      F phiSine, phiCosine;
-      sincos(phi, phiSine, phiCosine);
-      const F cosine = safeSqrt(fnma(sine, sine, F(1.f)));
-      out.wi = fma(T, sine, fma(X, cosine * phiCosine, Y * (cosine * phiSine)));
+      out.wi = frame.direction(sine, phi);
       const Mask<W> isDiffuse = which == Int<W>(uint32_t(kMakeDiffuse));
       if (isDiffuse.any()) {
         // Zinke: a cosine about the normal at an even offset. Kajiya: the same inclinations, any azimuth.
@@ -388,10 +344,11 @@ struct PxrMarschnerHair {
           z = safeSqrt(fnma(l.x, l.x, F(1.f)));
           y = F(0.f);
         }
-        out.wi = select(isDiffuse, fma(T, l.x, fma(X, fms(z, b, y * a), Y * fma(z, a, y * b))), out.wi);
+        out.wi =
+            select(isDiffuse, fma(frame.T, l.x, fma(frame.X, fms(z, b, y * a), frame.Y * fma(z, a, y * b))), out.wi);
       }
       out.wi = normalize(out.wi);
-      out.valid = found & (own.total > F(0.f));
+      out.valid = chosen.found;
       out.discrete = Mask<W>(false);
       out.below = Mask<W>(false);
     }

@@ -2,8 +2,7 @@
 // average over the width is for eye and light. The registry's statistics cover densities and energy.
 #include <gtest/gtest.h>
 
-#include <kinora/testing/statistics.h>
-#include "testing/bound_bxdf.h"
+#include "plugins/bxdf/fiber_testing.h"
 
 namespace kinora {
 const Descriptor* kinoraStock_PxrMarschnerHair();
@@ -12,37 +11,10 @@ namespace testing {
 namespace {
 
 const bool kFloatMode = (setThreadFloatMode(), true);  // as in a render
-constexpr double kPi = 3.14159265358979, kDegree = kPi / 180;
+using namespace hair;
 
-Setting hairSetting(const std::string& text) {
-  Setting s;
-  std::string error;
-  EXPECT_TRUE(parseSetting(*kinoraStock_PxrMarschnerHair(), text, s, error)) << error;
-  return s;
-}
-// The fibre runs along y. Direction of an inclination and an azimuth (from z towards x).
-Vec3 direction(double inclination, double azimuth) {
-  return {float(std::cos(inclination) * std::sin(azimuth)), float(std::sin(inclination)),
-          float(std::cos(inclination) * std::cos(azimuth))};
-}
-// Points that look at the fibre from azimuth 0, at offsets across it.
-TestPoints fibre(double inclination, const std::vector<double>& normals) {
-  TestPoints p;
-  p.tangent = {{1, 0, 0}};
-  p.bitangent = {{0, 1, 0}};
-  p.wo = {direction(inclination, 0)};
-  p.N.clear();
-  for (const double azimuth : normals) p.N.push_back(direction(0, azimuth));
-  return p;
-}
-const WidthTable& widest() { return *runnableTables(*kinoraStock_PxrMarschnerHair()).back(); }
-
-double reflectance(double cosine, double ior) {
-  const double s2 = (1 - cosine * cosine) / (ior * ior), t = std::sqrt(1 - s2);
-  const double rs = (cosine - ior * t) / (cosine + ior * t), rp = (ior * cosine - t) / (ior * cosine + t);
-  return (rs * rs + rp * rp) / 2;
-}
-
+const Descriptor& plugin() { return *kinoraStock_PxrMarschnerHair(); }
+Setting hairSetting(const std::string& text) { return settingOf(plugin(), text); }
 constexpr const char* kWhite = "specularColorTT=1 1 1; specularColorTRT=1 1 1; ";
 
 TEST(PxrMarschnerHair, SharesOfPathsAreFresnels) {
@@ -54,16 +26,8 @@ TEST(PxrMarschnerHair, SharesOfPathsAreFresnels) {
       const double f = reflectance(std::cos(inclination) * std::cos(azimuth), 1.55), t = 1 - f;
       const double expected[3] = {f, t * t, t * f};  // the last with all longer paths
       for (int path = 0; path < 3; ++path) {
-        const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(), hairSetting(kWhite + only[path]),
-                          fibre(inclination, {azimuth}));
-        std::vector<float> rgb[3];
-        float* rows[3];
-        for (int k = 0; k < 3; ++k) {
-          rgb[k].assign(b.context().padded, 0);
-          rows[k] = rgb[k].data();
-        }
-        b.functions().albedo(&b.context(), b.context().closure, rows);
-        EXPECT_NEAR(rgb[1][0], expected[path], 2e-6 + 2e-5 * expected[path]) << "path " << path << " at " << azimuth;
+        const double seen = albedoOf(plugin(), hairSetting(kWhite + only[path]), inclination, azimuth, 1);
+        EXPECT_NEAR(seen, expected[path], 2e-6 + 2e-5 * expected[path]) << "path " << path << " at " << azimuth;
       }
     }
 }
@@ -84,7 +48,7 @@ TEST(PxrMarschnerHair, LobesStandWhereTheScalesPutThem) {
       {"specularGainR=0; specularGainTT=0; specularGainGLINTS=0", -inclination - 3 * tilt, 2 * normal - 4 * inside}};
   for (const Case& c : cases) {
     const std::string narrow = "specularConeAngleR=1; specularConeAngleTT=1; specularConeAngleTRT=1; ";
-    const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(), hairSetting(kWhite + narrow + c.off),
+    const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(plugin()), hairSetting(kWhite + narrow + c.off),
                       fibre(inclination, {normal}));
     // weighted means over a window about where the lobe should be
     double sum = 0, first = 0, second = 0;
@@ -109,20 +73,8 @@ TEST(PxrMarschnerHair, LobesStandWhereTheScalesPutThem) {
 // What a fibre as a whole sends from one direction to another is one number, asked from the eye or from the light: each sees
 // its offsets evenly, and a width in proportion to the cosine of its inclination.
 TEST(PxrMarschnerHair, EyeAndLightAgreeOnTheWholeFibre) {
-  constexpr int kOffsets = 4096;
-  std::vector<double> normals;
-  for (int i = 0; i < kOffsets; ++i) normals.push_back(std::asin(-1 + (i + 0.5) * 2 / kOffsets));
-  const auto whole = [&](const Setting& s, double from, double to, double azimuth, uint32_t traits) {
-    TestContextOptions options;
-    options.traits = traits;
-    options.slots = Slots::One;
-    const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(), s, fibre(from, normals), options);
-    Evaluation e(kOffsets);
-    for (uint32_t i = 0; i < kOffsets; ++i) e.set(i, direction(to, azimuth));
-    b.evaluate(e);
-    double sum = 0;
-    for (uint32_t i = 0; i < kOffsets; ++i) sum += e.weight(0, 1, i);
-    return sum / kOffsets * std::cos(from);
+  const auto whole = [](const Setting& s, double from, double to, double azimuth, uint32_t traits) {
+    return wholeFibre(plugin(), s, from, to, azimuth, traits);
   };
   for (const char* text :
        {"diffuseGain=0", "diffuseGain=0.5; specularConeAngleR=15; specularConeAngleTT=20; specularOffset=5",
@@ -147,7 +99,7 @@ TEST(PxrMarschnerHair, EyeAndLightAgreeOnTheWholeFibre) {
 TEST(PxrMarschnerHair, GlintsStandAtTheCaustic) {
   const double edge = std::sqrt((4 - 1.55 * 1.55) / 3),
                turn = std::abs(2 * std::asin(edge) - 4 * std::asin(edge / 1.55));
-  const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(),
+  const BoundBxdf b(*kinoraStock_PxrMarschnerHair(), widest(plugin()),
                     hairSetting(std::string(kWhite).append(
                         "specularGainR=0; specularGainTT=0; specularGainTRT=0; specularGlintWidth=4")),
                     fibre(0, {0.3}));

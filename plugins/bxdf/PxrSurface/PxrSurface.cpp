@@ -81,15 +81,18 @@ void bindSubsurface(const Context& c, Closure& k) {
   SubsurfaceClosure& s = k.subsurface;
   const int type = int(c.param(at("subsurfaceType")).data[0][0]);
   s.gain = c.param(at("subsurfaceGain"));
+  s.straight = c.param(at("subsurfaceTransmitGain"));
+  const bool crosses = !isZero(s.straight);
+  if (!crosses) s.straight = Value();
   if (type == 3) {
     s.shortGain = c.param(at("shortSubsurfaceGain"));
     s.longGain = c.param(at("longSubsurfaceGain"));
-    if (isZero(s.gain) && isZero(s.shortGain) && isZero(s.longGain)) return;
+    if (isZero(s.gain) && isZero(s.shortGain) && isZero(s.longGain) && !crosses) return;
     s.shortColor = c.param(at("shortSubsurfaceColor"));
     s.shortReach = c.param(at("shortSubsurfaceDmfp"));
     s.longColor = c.param(at("longSubsurfaceColor"));
     s.longReach = c.param(at("longSubsurfaceDmfp"));
-  } else if (isZero(s.gain)) {
+  } else if (isZero(s.gain) && !crosses) {
     return;
   }
   k.on |= 1u << kSubsurface;
@@ -100,7 +103,9 @@ void bindSubsurface(const Context& c, Closure& k) {
   s.heavyTails = type == 5;
   s.doubleSided = flag(c, at("subsurfaceDoubleSided"));
   s.traceSet = c.fn->text(&c, at("subsurfaceSubset"));
-  s.joins = flag(c, at("subsurfaceResolveSelfIntersections")) || (s.traceSet && *s.traceSet);
+  s.joins = flag(c, at("subsurfaceResolveSelfIntersections")) || (s.traceSet && *s.traceSet) ||
+            c.param(at("continuationRayMode")).data[0][0] > 0;
+  s.comesOutBehind = flag(c, at("considerBackside"));
   s.color = c.param(at("subsurfaceColor"));
   s.tint = c.param(at("subsurfacePostTint"));
   s.entryTint = c.param(at("irradianceTint"));
@@ -117,8 +122,17 @@ void bindSubsurface(const Context& c, Closure& k) {
 void bindSingle(const Context& c, Closure& k) {
   SingleClosure& s = k.single;
   s.gain = c.param(at("singlescatterGain"));
-  if (isZero(s.gain)) return;
+  s.straight = c.param(at("singlescatterDirectGain"));
+  s.scatters = !isZero(s.gain);
+  if (!s.scatters && isZero(s.straight)) return;
   k.on |= 1u << kSingleScatter;
+  s.straightColor = c.param(at("singlescatterDirectGainTint"));
+  s.blur = c.param(at("singlescatterBlur"));
+  const float passes = c.param(at("singlescatterContinuationRayMode")).data[0][0],
+              most = c.param(at("singlescatterMaxContinuationHits")).data[0][0];
+  if (passes > 0 && most > 0) s.mostPassed = uint32_t(most < 16 ? most : 16);
+  s.skipsGaps = passes == 2;
+  s.comesOutBehind = flag(c, at("singlescatterConsiderBackside"));
   s.color = c.param(at("singlescatterColor"));
   s.reach = c.param(at("singlescatterMfp"));
   s.reachColor = c.param(at("singlescatterMfpColor"));
@@ -213,9 +227,12 @@ using namespace lobes;
 
 bool isSet(const ParamValue& v) { return v.count && v.floats[0] != 0.f; }
 
+bool scattersOnce(const ParamValue* v) {
+  return v[at("singlescatterGain")].mayBeOn() || v[at("singlescatterDirectGain")].mayBeOn();
+}
 uint32_t scattersBelow(const ParamValue* v, uint32_t) {
   const bool isSum = isSet(v[at("subsurfaceType")]) && v[at("subsurfaceType")].floats[0] == 3.f;
-  return v[at("subsurfaceGain")].mayBeOn() || v[at("singlescatterGain")].mayBeOn() ||
+  return v[at("subsurfaceGain")].mayBeOn() || v[at("subsurfaceTransmitGain")].mayBeOn() || scattersOnce(v) ||
          (isSum && (v[at("shortSubsurfaceGain")].mayBeOn() || v[at("longSubsurfaceGain")].mayBeOn()));
 }
 // A bit for each lobe that may be on, and one for what makes shading longer: materials of one group then take the
@@ -240,7 +257,7 @@ uint64_t programKey(const ParamValue* v, uint32_t) {
   if ((key & 12) && v[at("specularEnergyCompensation")].mayBeOn()) key |= 8192;
   if (v[at("glowGain")].mayBeOn()) key |= 16384;
   if (scattersBelow(v, 0)) key |= 131072;
-  if (v[at("singlescatterGain")].mayBeOn()) key |= 262144;
+  if (scattersOnce(v)) key |= 262144;
   if (v[at("iridescenceFaceGain")].mayBeOn() || v[at("iridescenceEdgeGain")].mayBeOn()) {
     key |= 32768;
     if (v[at("iridescenceAnisotropy")].mayBeOn()) key |= 65536;

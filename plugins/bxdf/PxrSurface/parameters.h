@@ -180,13 +180,22 @@ constexpr Param kParams[] = {
         .help("Reflects diffusely where the footprint of the path times this is longer than the diffuse mean free "
               "path; 0: never."),
     param::integer("subsurfaceDoubleSided", 0).range(0, 1).help("1: on the back as well."),
-    param::number("subsurfaceTransmitGain", 0.f).help(PXRSURFACE_LATER "Light let through."),
-    param::integer("considerBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part always."),
+    param::number("subsurfaceTransmitGain", 0.f)
+        .help("Adds light that crosses the body straight on: in and out by a cosine's law, in subsurfaceColor, less "
+              "by a "
+              "factor of e in each diffuse mean free path. Needs closed meshes."),
+    param::integer("considerBackside", 1)
+        .range(0, 1)
+        .help("0: light does not come out where the surface faces away from where it went in; what "
+              "subsurfaceTransmitGain adds does."),
     param::integer("continuationRayMode", 0)
         .range(0, 2)
         .options("0 off, 1 last hit, 2 all hits")
-        .help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
-    param::integer("maxContinuationHits", 2).range(0, 16).help(PXRSURFACE_LATER "Limit of continued rays."),
+        .help("Types 4 and 5, 1 and 2: paths pass inner surfaces of parts that overlap, as with "
+              "subsurfaceResolveSelfIntersections."),
+    param::integer("maxContinuationHits", 2)
+        .range(0, 16)
+        .help("Accepted: paths pass as many inner surfaces as there are."),
     param::number("followTopology", 0.f)
         .range(0, 1)
         .help(
@@ -215,17 +224,27 @@ constexpr Param kParams[] = {
     param::number("singlescatterIor", 1.3f)
         .range(1, 3)
         .help("Index of refraction of the inside: bends light that goes in and out, as a clear boundary does."),
-    param::number("singlescatterBlur", 0.f).help(PXRSURFACE_LATER "Roughness of the boundary."),
-    param::number("singlescatterDirectGain", 0.f).help(PXRSURFACE_LATER "Light that passes unscattered."),
-    param::color("singlescatterDirectGainTint", 1.f).help(PXRSURFACE_LATER "Tint of light that passes unscattered."),
+    param::number("singlescatterBlur", 0.f)
+        .help("Roughness of the boundary, where singlescatterIor is above 1: the GGX distribution's alpha is its "
+              "square. "
+              "Light that was scattered is blurred on the way of the eye alone."),
+    param::number("singlescatterDirectGain", 0.f)
+        .help("Multiplies light that passes the body unscattered, bent as by clear glass and less by a factor of e "
+              "in each "
+              "mean free path; 0: off."),
+    param::color("singlescatterDirectGainTint", 1.f).help("Tint of light that passes unscattered."),
     param::integer("singlescatterDoubleSided", 0).range(0, 1).help("1: on the back as well."),
-    param::integer("singlescatterConsiderBackside", 1).range(0, 1).help(PXRSURFACE_LATER "Back sides take part."),
+    param::integer("singlescatterConsiderBackside", 1)
+        .range(0, 1)
+        .help("0: light that was scattered does not come out where the surface faces away from where it went in."),
     param::integer("singlescatterContinuationRayMode", 0)
         .range(0, 2)
-        .help(PXRSURFACE_LATER "Rays that go on through inner surfaces."),
+        .options("0 off, 1 last hit, 2 all hits")
+        .help("1 and 2: straight ways inside go on to the last surface from which they leave the body, of as many as "
+              "singlescatterMaxContinuationHits. 1: gaps on the way count as filled; 2: as empty."),
     param::integer("singlescatterMaxContinuationHits", 2)
         .range(0, 16)
-        .help(PXRSURFACE_LATER "Limit of continued rays."),
+        .help("Surfaces of the body that a straight way may pass."),
     param::integer("singlescatterDirectGainMode", 0)
         .range(0, 1)
         .help(PXRSURFACE_LATER "How unscattered light is weighted."),

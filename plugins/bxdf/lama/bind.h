@@ -26,6 +26,10 @@ struct LeafParams {
 struct SubsurfaceParams {
   uint32_t radius, scale, unit, anisotropy, bleed, subset, continues, ior, topology;
 };
+// And of the three profiles of kKindThreeProfiles, whose first colour is the leaf's.
+struct ThreeParams {
+  uint32_t weight[3], radius[3], color[2];
+};
 }  // namespace kinora::lama
 
 #define KINORA_LAMA_LATER "Not rendered yet: kept, without effect. "
@@ -47,35 +51,45 @@ struct SubsurfaceParams {
       param::vector("anisotropyDirection", 0, 0, 0)                                                      \
           .help("Direction in render space; 0 0 0: the surface's tangent."),                             \
       param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_LATER "Turns the direction.")
-#define KINORA_LAMA_SUBSURFACE                                                                                      \
-  param::color("sssRadius", 0.f)                                                                                    \
-      .help(                                                                                                        \
-          "How far light goes below the surface, by channel, in millimetres: diffuse mean free paths, or mean "     \
-          "free paths where the mode says so. Black: diffuse reflection."),                                         \
-      param::number("sssScale", 1.f).help("Multiplies sssRadius."),                                                 \
-      param::number("sssUnitLength", 0.00328f).help("Render units in a millimetre; the default's unit is a foot."), \
-      param::number("sssAnisotropy", 0.f)                                                                           \
-          .range(-1, 1)                                                                                             \
-          .help("Path traced: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways."),      \
-      param::number("sssBleed", 0.f).range(0, 1).help("Mode 0: heavier tails of free flights at the same mean."),   \
-      param::string("sssSubset", "")                                                                                \
-          .traceSet()                                                                                               \
-          .help(                                                                                                    \
-              "Groups of objects (grouping:membership) that are one body with the surface; empty: the object "      \
-              "alone."),                                                                                            \
-      param::integer("sssContinuationRays", 0)                                                                      \
-          .range(0, 1)                                                                                              \
-          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces."),     \
-      param::number("sssIOR", 1.f)                                                                                  \
-          .range(1, 2)                                                                                              \
-          .help(                                                                                                    \
-              "Path traced: index of refraction of the inside. Above 1 light goes in refracted, and the surface "   \
-              "reflects part of it back inside; a plane surface keeps its colour."),                                \
-      param::number("sssFollowTopology", 0.f)                                                                       \
-          .range(0, 1)                                                                                              \
-          .help(                                                                                                    \
-              "1: light that comes out where the surface faces another way than where it went in counts by the "    \
+#define KINORA_LAMA_SUBSURFACE_OF(p)                                                                               \
+  param::color(p "Radius", 0.f)                                                                                    \
+      .help(                                                                                                       \
+          "How far light goes below the surface, by channel, in millimetres: diffuse mean free paths, or mean "    \
+          "free paths where the mode says so. Black: diffuse reflection."),                                        \
+      param::number(p "Scale", 1.f).help("Multiplies " p "Radius."),                                               \
+      param::number(p "UnitLength", 0.00328f).help("Render units in a millimetre; the default's unit is a foot."), \
+      param::number(p "Anisotropy", 0.f)                                                                           \
+          .range(-1, 1)                                                                                            \
+          .help("Path traced: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways."),     \
+      param::number(p "Bleed", 0.f).range(0, 1).help("Mode 0: heavier tails of free flights at the same mean."),   \
+      param::string(p "Subset", "")                                                                                \
+          .traceSet()                                                                                              \
+          .help(                                                                                                   \
+              "Groups of objects (grouping:membership) that are one body with the surface; empty: the object "     \
+              "alone."),                                                                                           \
+      param::integer(p "ContinuationRays", 0)                                                                      \
+          .range(0, 1)                                                                                             \
+          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces."),    \
+      param::number(p "IOR", 1.f)                                                                                  \
+          .range(1, 2)                                                                                             \
+          .help(                                                                                                   \
+              "Path traced: index of refraction of the inside. Above 1 light goes in refracted, and the surface "  \
+              "reflects part of it back inside; a plane surface keeps its colour."),                               \
+      param::number(p "FollowTopology", 0.f)                                                                       \
+          .range(0, 1)                                                                                             \
+          .help(                                                                                                   \
+              "1: light that comes out where the surface faces another way than where it went in counts by the "   \
               "cosine between the two, not at all beyond a right angle; 0: wherever it comes out.")
+#define KINORA_LAMA_SUBSURFACE KINORA_LAMA_SUBSURFACE_OF("sss")
+#define KINORA_LAMA_THREE_OF(p)                                                                          \
+  param::number(p "NearWeight", 1.f).help("Share of the surface that the first of three profiles has."), \
+      param::number(p "MidWeight", 0.f).help("The second's."),                                           \
+      param::number(p "FarWeight", 0.f).help("The third's."),                                            \
+      param::number(p "NearRadius", 1.f).help("Its length, times that of the leaf."),                    \
+      param::number(p "MidRadius", 1.f).help("The second's."),                                           \
+      param::number(p "FarRadius", 1.f).help("The third's."),                                            \
+      param::color(p "MidColor", 0.18f).help("The second's colour; the first's is the leaf's."),         \
+      param::color(p "FarColor", 0.18f).help("The third's colour.")
 #define KINORA_LAMA_COMMON                                                                                       \
   param::color("shadowColor", 0.f).help(KINORA_LAMA_LATER "Colour of shadows cast."),                            \
       param::number("energyCompensation", 1.f).help("Accepted: what facets lose always comes back."),            \
@@ -254,14 +268,31 @@ class TreeBuilder {
 
   // By what bindSubsurface() has said; where that reaches nowhere it is diffuse.
   void subsurface(lama::Leaf& l, char kind) {
-    lobes::SubsurfaceClosure& s = k_.subsurface;
+    l.medium = uint8_t(k_.belowCount - 1);
+    lobes::SubsurfaceClosure& s = k_.below[l.medium];
     l.kind = lama::kKindSubsurface;
     s.color = l.color;
+    if (kind == lama::kKindThreeProfiles) return three(l, s);
     s.model = kind == lama::kKindBurleyProfile || kind == lama::kKindBurleyProfileFlights ? SubsurfaceModel::Burley
                                                                                           : SubsurfaceModel::Walk;
     s.heavyTails = kind == lama::kKindSubsurface || kind == lama::kKindSubsurfaceFlights;
     s.areFlights = kind == lama::kKindSubsurfaceFlights || kind == lama::kKindExponentialFlights ||
                    kind == lama::kKindBurleyProfileFlights;
+  }
+  // Reflects, where it does so instead, what the three return together.
+  void three(lama::Leaf& l, lobes::SubsurfaceClosure& s) {
+    s.model = SubsurfaceModel::Burley;
+    const Value *colors[] = {&s.color, &s.shortColor, &s.longColor}, *gains[] = {&s.gain, &s.shortGain, &s.longGain};
+    bool uniform = true;
+    for (int t = 0; t < 3; ++t) uniform = uniform && colors[t]->uniform() && gains[t]->uniform();
+    l.color = computedValue(c_, 3, uniform, [&](uint32_t k, uint32_t i) {
+      float sum = 0;
+      for (int t = 0; t < 3; ++t) {
+        const float a = valueAt(*colors[t], k, i);
+        sum += valueAt(*gains[t], 0, i) * (a > 0 ? a : 0.f);
+      }
+      return sum;
+    });
   }
   Value value(int index, uint32_t components, float otherwise) {
     return index >= 0 ? c_.param(uint32_t(index)) : constant(c_, components, otherwise);
@@ -327,8 +358,8 @@ class TreeBuilder {
 };
 
 // Before the leaf of it.
-inline void bindSubsurface(const Context& c, lama::Closure& k, const lama::SubsurfaceParams& p) {
-  lobes::SubsurfaceClosure& s = k.subsurface;
+inline lobes::SubsurfaceClosure& bindSubsurface(const Context& c, lama::Closure& k, const lama::SubsurfaceParams& p) {
+  lobes::SubsurfaceClosure& s = k.below[k.belowCount++];
   s.reachColor = c.param(p.radius);
   s.reach = c.param(p.scale);
   s.unit = c.param(p.unit).data[0][0];
@@ -338,6 +369,42 @@ inline void bindSubsurface(const Context& c, lama::Closure& k, const lama::Subsu
   s.joins = flag(c, p.continues) || (s.traceSet && *s.traceSet);
   s.ior = c.param(p.ior);
   s.topology = c.param(p.topology);
+  return s;
+}
+// After that, of a leaf of kKindThreeProfiles. Weights are shares of the surface: of a sum above 1 they are what each is
+// of it. A radius multiplies what bindSubsurface() said.
+inline void bindThree(const Context& c, lobes::SubsurfaceClosure& s, const lama::ThreeParams& p) {
+  Value weight[3], radius[3];
+  bool uniform = true, even = s.reach.uniform();
+  for (int t = 0; t < 3; ++t) {
+    weight[t] = c.param(p.weight[t]);
+    radius[t] = c.param(p.radius[t]);
+    uniform = uniform && weight[t].uniform();
+    even = even && radius[t].uniform();
+  }
+  const Value scale = s.reach;
+  const auto share = [&](int which) {
+    return computedValue(c, 1, uniform, [&](uint32_t, uint32_t i) {
+      float own[3], sum = 0;
+      for (int t = 0; t < 3; ++t) {
+        const float w = valueAt(weight[t], 0, i);
+        sum += own[t] = w > 0 ? w : 0.f;
+      }
+      return sum > 1 ? own[which] / sum : own[which];
+    });
+  };
+  const auto length = [&](int which) {
+    return computedValue(c, 1, even,
+                         [&](uint32_t, uint32_t i) { return valueAt(radius[which], 0, i) * valueAt(scale, 0, i); });
+  };
+  s.gain = share(0);
+  s.shortGain = share(1);
+  s.longGain = share(2);
+  s.reach = length(0);
+  s.shortReach = length(1);
+  s.longReach = length(2);
+  s.shortColor = c.param(p.color[0]);
+  s.longColor = c.param(p.color[1]);
 }
 // A colour that has two names: the other counts where it is not the default of both.
 inline Value colorOf(const Context& c, uint32_t name, uint32_t otherName, float byDefault) {

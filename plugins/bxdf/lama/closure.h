@@ -10,6 +10,7 @@ namespace kinora::lama {
 struct SheenTable;
 
 constexpr uint32_t kMaxLeaves = 8, kMaxOps = kMaxLeaves - 1;
+constexpr uint32_t kMaxBelow = 2;  // leaves that scatter below the surface
 
 // Which lobe is which in LobeSum, and what each is to light path expressions.
 enum Lobe : uint32_t {
@@ -43,23 +44,26 @@ enum Kind : char {
   kKindSheen = 'H',
   kKindTranslucent = 'T',
   kKindEmission = 'E',
-  // Paths go below the surface; where they do not, diffuse. One leaf of a tree; its kind is 'U' when it is bound.
+  // Paths go below the surface; where they do not, diffuse. Up to kMaxBelow leaves of a tree; their kind is 'U' when
+  // they are bound.
   kKindSubsurface = 'U',            // random walks with heavy tails, by diffuse mean free paths
   kKindSubsurfaceFlights = 'V',     // by mean free paths
   kKindExponential = 'X',           // exponential walks, by diffuse mean free paths
   kKindExponentialFlights = 'W',    // by mean free paths
   kKindBurleyProfile = 'Y',         // Burley's profile, by diffuse mean free paths
   kKindBurleyProfileFlights = 'Z',  // by mean free paths
+  kKindThreeProfiles = 'Q',         // the sum of three of Burley's profiles, each of a colour and a length of its own
 };
 // What a structure may be made of.
-constexpr const char kLeafKinds[] = "DCAGgRrSsFHTEUVXWYZ";
-constexpr bool isSubsurface(char kind) { return kind >= 'U' && kind <= 'Z'; }
+constexpr const char kLeafKinds[] = "DCAGgRrSsFHTEUVXWYZQ";
+constexpr bool isSubsurface(char kind) { return (kind >= 'U' && kind <= 'Z') || kind == kKindThreeProfiles; }
 // The operations: the base stands before what lies on it.
 enum OpKind : char { kOpLayer = 'L', kOpMix = 'M', kOpAdd = 'P' };
 
 struct Leaf {
   char kind = 0;
   bool covers = false;  // it is in the top of a layer: what it lets through counts
+  uint8_t medium = 0;   // index into Closure::below
   int bump = -1;        // index into Closure::normals, -1: the surface's
   Value color;          // of what is reflected (translucent: let through, emission: given off)
   Value through;        // tint of what reaches the base; of Burley's diffuse: its sheen
@@ -83,9 +87,10 @@ struct Closure {
   Op ops[kMaxOps];
   bool layered = false;  // there is an op of kind layer
   bool glows = false;
-  lobes::SubsurfaceClosure subsurface;  // of the one leaf that has it
-  int glass = -1;                       // the first leaf of glass that bounds a medium
-  Value normals[10];                    // bump inputs in use
+  lobes::SubsurfaceClosure below[kMaxBelow];  // of the leaves that have it
+  uint32_t belowCount = 0;
+  int glass = -1;     // the first leaf of glass that bounds a medium
+  Value normals[10];  // bump inputs in use
   int normalCount = 0;
   bool radiance = true;  // eta^2 on refraction
   const ReflectionEnergy* reflectionEnergy = nullptr;

@@ -58,7 +58,8 @@ void SlabFunctions<W>::straight(const Context* c, const void* closure, float* co
 }
 template <int W>
 void SlabFunctions<W>::subsurface(const Context* c, const void* closure, Subsurface* out) {
-  lobes::describeSubsurface(*c, static_cast<const lama::Closure*>(closure)->subsurface, *out);
+  const auto& k = *static_cast<const lama::Closure*>(closure);
+  lobes::describeSubsurface(*c, k.below[out->which < lama::kMaxBelow ? out->which : 0], *out);
 }
 
 #if HWY_TARGET == HWY_AVX2

@@ -103,8 +103,11 @@ struct SlabTree {
         l.through = loadRgb<W>(leaf.through, s.at);
       }
       if (leaf.kind == lama::kKindSubsurface) {
-        const lobes::SubsurfaceClosure& x = k.subsurface;
-        const F reach = maxComponent(loadRgb<W>(x.reachColor, s.at)) * loadFloat<W>(x.reach, s.at) * F(x.unit);
+        const lobes::SubsurfaceClosure& x = k.below[leaf.medium];
+        F length = loadFloat<W>(x.reach, s.at);
+        if (x.shortReach.components)
+          length = max(length, max(loadFloat<W>(x.shortReach, s.at), loadFloat<W>(x.longReach, s.at)));
+        const F reach = maxComponent(loadRgb<W>(x.reachColor, s.at)) * length * F(x.unit);
         l.sinks = (reach > F(1e-6f)) & (reach > loadFloat<W>(s.context->radius, s.at));
         if (!(s.context->traits & kTraitSubsurface)) l.sinks = Mask<W>(false);
       }
@@ -292,6 +295,7 @@ struct SlabTree {
           through = through | sinks;
           discrete = discrete | sinks;
           out.below = out.below | sinks;
+          out.medium = select(sinks, Int<W>(uint32_t(leaf.medium)), out.medium);
           discreteWeight = select(sinks, Rgb<W>(1.f), discreteWeight);
           discreteLobe = select(sinks, Int<W>(uint32_t(lama::kSubsurface)), discreteLobe);
         }

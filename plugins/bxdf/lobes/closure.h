@@ -87,14 +87,20 @@ struct SubsurfaceClosure {
   Value diffuseSwitch, diffuseBlend;
   Value ior;       // of the boundary, or in the dipoles; no components: 1
   Value topology;  // how much of the light that turns away is lost; no components: nothing
+  bool comesOutBehind = true;
+  Value straight;  // gain of light that crosses the body without scattering; no components: none
   // two more terms of profiles; no components: none
   Value shortGain, shortColor, shortReach, longGain, longColor, longReach;
 };
 // Light that scatters exactly once below the surface. Lengths are mean free paths in render units: reach * scale.
 struct SingleClosure {
-  bool doubleSided = false;
+  bool scatters = false;  // else there is only what passes unscattered
+  bool doubleSided = false, skipsGaps = false, comesOutBehind = true;
   const char* traceSet = nullptr;
   Value gain, color, reach, reachColor, directionality, ior;
+  Value blur;                     // roughness of the boundary
+  Value straight, straightColor;  // gain and tint of light that crosses the body without scattering
+  uint32_t mostPassed = 0;
   float unit = 1;
 };
 struct Closure {

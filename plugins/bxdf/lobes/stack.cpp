@@ -55,8 +55,11 @@ template <int W>
 void StackFunctions<W>::subsurface(const Context* c, const void* closure, Subsurface* out) {
   const auto& k = *static_cast<const lobes::Closure*>(closure);
   if (out->surface[0]) lobes::describeSubsurface(*c, k.subsurface, *out);
-  if (out->single.ior) lobes::describeSingle(*c, k.single, out->single);
-  out->leavesOutSingle = k.has(lobes::kSingleScatter);
+  if (out->single.ior) {
+    lobes::describeSingle(*c, k.single, out->single);
+    if (!out->surface[0]) out->comesOutBehind = k.single.comesOutBehind;
+  }
+  out->leavesOutSingle = k.has(lobes::kSingleScatter) && k.single.scatters;
 }
 
 template <int W>

@@ -30,9 +30,11 @@ using namespace lobes;
 enum Technique : uint32_t {
   kMakeDiffuse,
   kMakeTransmit,
-  kMakeBelow,    // a path that goes below the surface
-  kMakeStandIn,  // where there is none: diffuse reflection for what would come out
-  kMakeSingle,   // a path that scatters once below the surface
+  kMakeBelow,     // a path that goes below the surface
+  kMakeStandIn,   // where there is none: diffuse reflection for what would come out
+  kMakeStraight,  // a path that crosses the body without scattering, by a cosine's law
+  kMakeSingle,    // a path that scatters once below the surface
+  kMakeClear,     // one that goes straight through instead
   kMakeSpecular,
   kMakeMultiple = kMakeSpecular + kReflecting,
   kMakeFuzz = kMakeMultiple + kReflecting,
@@ -88,10 +90,11 @@ struct LobeStack {
   // subsurface: factor on paths that go below, and reflectance where they do not
   Vec3<W> under;
   F muUnder, belowMean, standInMean;
-  Rgb<W> below, belowColor, standIn;
-  // single scattering: what goes in times what one scattering keeps
-  Rgb<W> single;
-  F singleMean, singleEta;
+  Rgb<W> below, belowColor, standIn, straight;
+  F straightMean;
+  // single scattering: what goes in times what one scattering keeps, and what passes unscattered
+  Rgb<W> single, clear;
+  F singleMean, clearMean, singleEta, singleAlpha;
   Seen<W> seenO;
   Choice<W> choiceO;
   // Lobes that are off are not even cleared: an unnamed union runs no constructor.
@@ -241,6 +244,11 @@ struct LobeStack {
     const F least(0.1f);
     belowMean = average(below * Rgb<W>(max(color.x, least), max(color.y, least), max(color.z, least)));
     standInMean = average(standIn);
+    straight = Rgb<W>();
+    if (x.straight.components)
+      straight = positive(loadRgb<W>(x.tint, s.at) * loadRgb<W>(x.entryTint, s.at)) *
+                 positive(loadRgb<W>(x.color, s.at)) * zeroUnless(sinks, max(loadFloat<W>(x.straight, s.at), none));
+    straightMean = average(straight);
   }
   // By Fresnel at the geometric surface, where the path is refracted; radiance is n^2 denser inside.
   KN_INLINE void setSingle(const Surface<W>& s) {
@@ -253,6 +261,11 @@ struct LobeStack {
     const F lets = (one - fresnelDielectric(clamp(dot(Ng, wo), none, one), singleEta)) * singleEta * singleEta;
     single = positive(loadRgb<W>(x.color, s.at)) * (max(loadFloat<W>(x.gain, s.at), none) * zeroUnless(sinks, lets));
     singleMean = average(single);
+    clear = positive(loadRgb<W>(x.straightColor, s.at)) *
+            (max(loadFloat<W>(x.straight, s.at), none) * zeroUnless(sinks, lets));
+    clearMean = average(clear);
+    const F blur = clamp(loadFloat<W>(x.blur, s.at), none, one);
+    singleAlpha = blur * blur;
   }
   // Negative numbers and NaN are 0.
   static KN_INLINE Rgb<W> positive(Rgb<W> a) {
@@ -295,10 +308,15 @@ struct LobeStack {
       const Mask<W> here = onSide(k.subsurface.doubleSided, x.outside);
       c.weight[kMakeBelow] = zeroUnless(here, belowMean);
       c.weight[kMakeStandIn] = zeroUnless(here, standInMean);
-      sum += c.weight[kMakeBelow] + c.weight[kMakeStandIn];
+      c.weight[kMakeStraight] = zeroUnless(here, straightMean);
+      sum += c.weight[kMakeBelow] + c.weight[kMakeStandIn] + c.weight[kMakeStraight];
     }
-    if (k.has(kSingleScatter))
-      sum += c.weight[kMakeSingle] = zeroUnless(onSide(k.single.doubleSided, x.outside), singleMean);
+    if (k.has(kSingleScatter)) {
+      const Mask<W> here = onSide(k.single.doubleSided, x.outside);
+      c.weight[kMakeSingle] = zeroUnless(here, singleMean);
+      c.weight[kMakeClear] = zeroUnless(here, clearMean);
+      sum += c.weight[kMakeSingle] + c.weight[kMakeClear];
+    }
     for (uint32_t i = 0; i < kReflecting; ++i) {
       if (!k.has(kSpecular + i)) continue;
       const Mask<W> here = onSide(k.specular[i].doubleSided, x.outside);

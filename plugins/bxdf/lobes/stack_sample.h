@@ -23,7 +23,8 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
   const F share = pick.weight, rest = pick.rest;
   // its frame and shape
   const Mask<W> isFuzz = made == Int<W>(kMakeFuzz);
-  const Mask<W> sinks = made == Int<W>(kMakeBelow), once = made == Int<W>(kMakeSingle);
+  const Mask<W> crosses = made == Int<W>(kMakeStraight), clears = made == Int<W>(kMakeClear);
+  const Mask<W> sinks = (made == Int<W>(kMakeBelow)) | crosses, once = (made == Int<W>(kMakeSingle)) | clears;
   const Mask<W> flips = (made == Int<W>(kMakeTransmit)) | (made == Int<W>(kMakeGlassMultipleTransmit)) | sinks;
   Mask<W> facets(false), smooth(false), reflects(false), refracts(false);
   Frame<W> frame(normal);
@@ -93,9 +94,23 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
     valid = good | !facets;
   }
   out.wi = normalize(frame.toWorld(d));
+  F lets(1.f);  // of a blurred boundary, over what a clear one lets in
   if (once.any()) {
-    Vec3<W> bent;
-    refract(wo, Ng, singleEta, bent);
+    Vec3<W> bent, facet = Ng;
+    const Mask<W> blurred = once & (singleAlpha > F(0.f));
+    if (blurred.any()) {
+      // the visible facets of a GGX boundary (Walter et al. 2007); what they shadow or turn back is lost
+      const Frame<W> plane(Ng);
+      const Vec3<W> local = localOut(plane, wo), h = sampleVisibleNormal(local, singleAlpha, singleAlpha, u, v);
+      facet = select(blurred, plane.toWorld(h), Ng);
+      const F seen = clamp(dot(local, h), F(0.f), F(1.f)), flat = clamp(local.z, F(0.f), F(1.f));
+      refract(wo, facet, singleEta, bent);
+      const F own = F(1.f) + smithLambda(true, local, singleAlpha, singleAlpha);
+      const F other = smithLambda(true, plane.toLocal(normalize(bent)), singleAlpha, singleAlpha);
+      const F clear = max(F(1.f) - fresnelDielectric(flat, singleEta), F(1e-6f));
+      lets = select(blurred, (F(1.f) - fresnelDielectric(seen, singleEta)) / clear * own / (own + other), lets);
+    }
+    refract(wo, facet, singleEta, bent);
     out.wi = select(once, normalize(bent), out.wi);
   }
   // A direction that ends on the wrong side of the geometric surface is lost, even where another lobe could have
@@ -111,9 +126,10 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::sample(const F& u, const F& v, const F&
   if (attenuates()) attenuation(Layers<W>(), upper, lower);
   out.below = sinks | once;
   out.once = once;
-  out.discreteWeight = select(sinks, below * lower, out.discreteWeight);
+  out.straight = crosses | clears;
+  out.discreteWeight = select(sinks, select(crosses, straight, below) * lower, out.discreteWeight);
   if (once.any()) {
-    out.discreteWeight = select(once, single * lower, out.discreteWeight);
+    out.discreteWeight = select(once, select(clears, clear, single) * lower * lets, out.discreteWeight);
     out.discreteLobe = select(once, Int<W>(uint32_t(kSingleScatter)), out.discreteLobe);
   }
   out.discreteProbability = select(sinks | once, share * choiceO.scale, out.discreteProbability);

@@ -46,6 +46,7 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
   out.model = k.model;
   out.traceSet = k.traceSet;
   out.joins = k.joins;
+  out.comesOutBehind = k.comesOutBehind;
   const Value* const gain[] = {&k.gain, &k.shortGain, &k.longGain};
   const Value* const color[] = {&k.color, &k.shortColor, &k.longColor};
   const Value* const reach[] = {&k.reach, &k.shortReach, &k.longReach};
@@ -95,6 +96,8 @@ inline void describeSubsurface(const Context& c, const SubsurfaceClosure& k, Sub
 inline void describeSingle(const Context& c, const SingleClosure& k, SingleScatter& out) {
   const auto at = [](const Value& v, uint32_t channel, uint32_t i) { return v.data[channel][v.stride ? i : 0]; };
   out.traceSet = k.traceSet;
+  out.mostPassed = k.mostPassed;
+  out.skipsGaps = k.skipsGaps;
   for (uint32_t i = 0; i < c.padded; ++i) {
     for (uint32_t n = 0; n < 3; ++n) {
       const float length = at(k.reach, 0, i) * at(k.reachColor, n, i) * k.unit;
@@ -103,6 +106,8 @@ inline void describeSingle(const Context& c, const SingleClosure& k, SingleScatt
     const float g = at(k.directionality, 0, i), ior = at(k.ior, 0, i);
     out.anisotropy[i] = g > -0.95f ? g < 0.95f ? g : 0.95f : g <= -0.95f ? -0.95f : 0.f;
     out.ior[i] = ior > 1 ? ior : 1.f;
+    const float blur = at(k.blur, 0, i), rough = blur > 0 ? blur < 1 ? blur : 1.f : 0.f;
+    out.alpha[i] = rough * rough;
   }
 }
 

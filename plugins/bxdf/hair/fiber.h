@@ -7,6 +7,21 @@
 // It knows no colours and no frames. Included per target.
 #include <kinora/bxdf_author.h>
 
+#ifndef KINORA_HAIR_FIBER_ONCE
+#define KINORA_HAIR_FIBER_ONCE
+namespace kinora::hair {
+// What a material binds to know how fibres lie.
+struct FiberPlace {
+  Value along, aroundU, across;  // dPdv, dPdu; where a ribbon was met
+  void bind(const Context& c) {
+    along = c.builtin(Builtin::DPdv);
+    across = c.fn->primvar(&c, "__ribbon", nullptr);
+    if (across.components) aroundU = c.builtin(Builtin::DPdu);
+  }
+};
+}  // namespace kinora::hair
+#endif
+
 #if defined(KINORA_HAIR_FIBER_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_HAIR_FIBER_H_TARGET
 #undef KINORA_HAIR_FIBER_H_TARGET
@@ -51,6 +66,50 @@ struct Inclination {
   // That of a smaller angle by the one given.
   KN_INLINE Inclination lessened(Float<W> angleSine, Float<W> angleCosine) const {
     return {fms(s, angleCosine, c * angleSine), abs(fma(c, angleCosine, s * angleSine))};
+  }
+};
+
+// The frame of a fibre where it is seen along wo: T along it, X towards wo in the plane normal to it, Y = T x X.
+template <int W>
+struct FiberFrame {
+  using F = Float<W>;
+  Vec3<W> T, X, Y;
+  Inclination<W> outgoing;
+  F gamma;  // azimuth of the normal, from X: the offset of the hit across the width
+  KN_INLINE FiberFrame() {}
+  KN_INLINE FiberFrame(const hair::FiberPlace& place, const Surface<W>& s) {
+    const F none(0.f), one(1.f);
+    Vec3<W> t = place.along.components ? loadVec<W>(place.along, s.at) : Vec3<W>(none, none, none);
+    const F t2 = dot(t, t);
+    const Mask<W> hasAlong = (t2 > F(1e-30f)) & isFinite(t2);
+    T = select(hasAlong, t * (one / sqrt(select(hasAlong, t2, one))), Frame<W>(s.N).y);
+    const F sine = clamp(dot(s.wo, T), F(-1.f), one);
+    const Vec3<W> flat = fma(T, -sine, s.wo);
+    const F flat2 = dot(flat, flat);
+    const Mask<W> slanted = flat2 > F(1e-10f);
+    X = select(slanted, normalize(select(slanted, flat, s.N)), Frame<W>(T).x);
+    X = normalize(fma(T, -dot(T, X), X));
+    Y = cross(T, X);
+    outgoing = Inclination<W>(sine, sqrt(flat2));
+    gamma = atan2(dot(s.N, Y), max(dot(s.N, X), none));
+    if (place.across.components) {
+      // a ribbon stands for a tube: where it was met says where the tube would have been
+      const F u = loadFloat<W>(place.across, s.at);
+      const F side = dot(loadVec<W>(place.aroundU, s.at), Y);
+      gamma = select(abs(u) <= one, asin(select(side < none, -u, u)), gamma);
+    }
+  }
+  // Inclination and azimuth of a direction, and back.
+  KN_INLINE Inclination<W> inclinationOf(Vec3<W> w, F& phi) const {
+    const F x = dot(w, X), y = dot(w, Y);
+    phi = atan2(y, x);
+    return {clamp(dot(w, T), F(-1.f), F(1.f)), sqrt(fma(x, x, y * y))};
+  }
+  KN_INLINE Vec3<W> direction(F sine, F phi) const {
+    F phiSine, phiCosine;
+    sincos(phi, phiSine, phiCosine);
+    const F cosine = safeSqrt(fnma(sine, sine, F(1.f)));
+    return fma(T, sine, fma(X, cosine * phiCosine, Y * (cosine * phiSine)));
   }
 };
 
@@ -136,6 +195,37 @@ struct FiberHit {
     const F edge = safeSqrt((F(4.f) - inner * inner) * F(1.f / 3)), e = min(edge, F(1.f));
     const F caustic = fnma(F(4.f), asin(e / max(inner, F(1.f))), F(2.f) * asin(e));
     centre[kPathGlint] = copySign(abs(caustic), -gamma);
+  }
+};
+
+// Density of a mixture of techniques, each of an energy.
+template <int W, uint32_t N>
+KN_INLINE Float<W> mixedDensity(const Float<W> (&energy)[N], Float<W> total, const Float<W> (&density)[N]) {
+  Float<W> sum(0.f);
+  for (uint32_t k = 0; k < N; ++k) sum = fma(energy[k], density[k], sum);
+  return sum / max(total, Float<W>(1e-30f));
+}
+// Which of them, by energy; what is left of w is uniform again.
+template <int W>
+struct ChosenTechnique {
+  Int<W> which;
+  Float<W> rest;
+  Mask<W> found;  // rounding may walk past the last one that is on
+  template <uint32_t N>
+  KN_INLINE ChosenTechnique(const Float<W> (&energy)[N], Float<W> total, Float<W> w) : which(0u) {
+    using F = Float<W>;
+    F left = w * total, share(0.f);
+    Mask<W> open(true);
+    for (uint32_t k = 0; k < N; ++k) {
+      const F e = energy[k];
+      const Mask<W> here = open & (e > F(0.f)) & ((left < e) | Mask<W>(k + 1 == N));
+      which = select(here, Int<W>(k), which);
+      share = select(here, e, share);
+      open = open & !here;
+      left = select(open, left - e, left);
+    }
+    found = (!open) & (total > F(0.f));
+    rest = clamp(left / max(share, F(1e-30f)), F(0.f), F(0x1.fffffep-1f));
   }
 };
 
