@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "trace/packed_normal.h"
 #include "trace/world_part.h"
 
 namespace kinora::trace {
@@ -124,29 +125,6 @@ uint64_t mixed(uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
   return x ^ (x >> 31);
-}
-
-// Unit vectors as two coordinates of an octahedron that is folded open (Cigolle et al., "A survey of efficient
-// representations for independent unit vectors", JCGT 2014).
-uint32_t packed(Imath::V3f n) {
-  n *= 1 / (std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z));
-  if (n.z < 0) {
-    const float x = n.x;
-    n.x = std::copysign(1 - std::fabs(n.y), x);
-    n.y = std::copysign(1 - std::fabs(x), n.y);
-  }
-  const auto word = [](float x) { return uint32_t(std::lround((x * 0.5f + 0.5f) * 65535.f)); };
-  return word(n.x) << 16 | word(n.y);
-}
-
-Imath::V3f unpacked(uint32_t n) {
-  const float x = float(n >> 16) * (2 / 65535.f) - 1, y = float(n & 0xffff) * (2 / 65535.f) - 1;
-  Imath::V3f v(x, y, 1 - std::fabs(x) - std::fabs(y));
-  if (v.z < 0) {
-    v.x = std::copysign(1 - std::fabs(y), x);
-    v.y = std::copysign(1 - std::fabs(x), y);
-  }
-  return v / std::sqrt(v ^ v);
 }
 
 float bitsToFloat(uint32_t bits) {

@@ -55,7 +55,7 @@ constexpr Param kParams[] = {
 constexpr const char* kLossless[] = {KINORA_TRICOLOR_WHITE, nullptr};
 constexpr const char* kConserving[] = {
     KINORA_TRICOLOR_WHITE "; nearWeight=1; midWeight=1; farWeight=1",
-    KINORA_TRICOLOR_WHITE "; nearRadius=0.1; midRadius=1; farRadius=4; sssUnitLength=1", nullptr};
+    KINORA_TRICOLOR_WHITE "; nearRadius=0.001; midRadius=0.01; farRadius=0.04; sssUnitLength=1", nullptr};
 
 struct LamaTricolorSSS {
   static constexpr bool kScatters = true;
