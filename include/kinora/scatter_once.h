@@ -139,6 +139,25 @@ class ScatterOnce {
       }
     }
   }
+  // Ray i of rays(), of point p, as entry m of a list.
+  void addRay(RayList& list, uint32_t m, uint32_t p, uint32_t i, float* const o[3], float* const d[3],
+              float tMax) const {
+    for (int k = 0; k < 3; ++k) {
+      list.rays.o[k][m] = o[k][i];
+      list.rays.d[k][m] = d[k][i];
+    }
+    list.rays.tMax[m] = tMax;
+    list.rays.time[m] = in_->time[p];
+    list.rays.radius[m] = in_->radius[p];
+    list.rays.spread[m] = in_->spread[p];
+  }
+  // Of m rays that left the points `from`, places at the distances t.
+  Context placesOn(RayList& list, uint32_t m, const uint32_t* from, const float* t) const {
+    uint32_t* entry = words(m);
+    for (uint32_t i = 0; i < padded(m); ++i) entry[i] = i < m ? i : m - 1;
+    sv_->leave(g_, &list, in_, m, from, entry, nullptr);
+    return *sv_->pointsInSpace(g_, &list, kTraitEyePath | kTraitComesOut, in_->depth, m, entry, t);
+  }
   // Straight ways out of the bodies of the points where paths went in: whether there is one, where it ends, the length
   // of it that is within, and the normal there.
   struct Ways {
@@ -232,7 +251,7 @@ bool ScatterOnce<W>::scatter(const Context& c, uint32_t n, const uint32_t* point
     o[k] = floats(n);
     d[k] = floats(n);
   }
-  uint32_t *from = words(n), *entry = words(n);
+  uint32_t* from = words(n);
   rays(c, n, points, a, o, d);
   const Ways h = ways(n, points, o, d);
   // A flight within the body, by one channel at a time and weighed over all: together they are worth what scatters there.
@@ -265,23 +284,12 @@ bool ScatterOnce<W>::scatter(const Context& c, uint32_t n, const uint32_t* point
       density += throughput[k][s] * kept[k];
     }
     for (int k = 0; k < 3; ++k) throughput[k][s] *= kept[k] * sum / density;
-    for (int k = 0; k < 3; ++k) {
-      list->rays.o[k][m] = o[k][i];
-      list->rays.d[k][m] = d[k][i];
-    }
-    list->rays.tMax[m] = h.t[i];
-    list->rays.time[m] = c.time[p];
-    list->rays.radius[m] = c.radius[p];
-    list->rays.spread[m] = c.spread[p];
-    from[m] = p;
-    entry[m] = m;
-    ++m;
+    addRay(*list, m, p, i, o, d, h.t[i]);
+    from[m++] = p;
   }
   if (lost) sv_->noteBelow(g_, &c, lost, open, BelowSurface::Open);
   if (!m) return false;
-  for (uint32_t i = m; i < padded(m); ++i) entry[i] = entry[m - 1];
-  sv_->leave(g_, list, &c, m, from, entry, nullptr);
-  at_ = *sv_->pointsInSpace(g_, list, kTraitEyePath | kTraitComesOut, c.depth, m, entry, t);
+  at_ = placesOn(*list, m, from, t);
   const uint32_t room = at_.padded;
   float* anisotropy = floats(room);
   float* along[3] = {floats(room), floats(room), floats(room)};
@@ -325,7 +333,7 @@ typename ScatterOnce<W>::Passed ScatterOnce<W>::pass(const Context& c, uint32_t 
     out.o[k] = floats(n);
     out.d[k] = floats(n);
   }
-  uint32_t *from = words(n), *entry = words(n), *open = words(n), lost = 0, m = 0;
+  uint32_t *from = words(n), *open = words(n), lost = 0, m = 0;
   rays(c, n, points, a, o, d);
   const Ways h = ways(n, points, o, d);
   for (uint32_t i = 0; i < n; ++i) {
@@ -370,24 +378,15 @@ typename ScatterOnce<W>::Passed ScatterOnce<W>::pass(const Context& c, uint32_t 
     const float ox[3] = {x.x.lane0(), x.y.lane0(), x.z.lane0()},
                 dx[3] = {goesOn.x.lane0(), goesOn.y.lane0(), goesOn.z.lane0()};
     for (int k = 0; k < 3; ++k) {
-      list->rays.o[k][m] = o[k][i];
-      list->rays.d[k][m] = d[k][i];
       out.o[k][m] = ox[k];
       out.d[k][m] = dx[k];
     }
-    t[m] = list->rays.tMax[m] = h.t[i];
-    list->rays.time[m] = c.time[p];
-    list->rays.radius[m] = c.radius[p];
-    list->rays.spread[m] = c.spread[p];
-    from[m] = p;
-    entry[m] = m;
-    ++m;
+    addRay(*list, m, p, i, o, d, t[m] = h.t[i]);
+    from[m++] = p;
   }
   if (lost) sv_->noteBelow(g_, &c, lost, open, BelowSurface::Open);
   if (!m) return out;
-  for (uint32_t i = m; i < padded(m); ++i) entry[i] = entry[m - 1];
-  sv_->leave(g_, list, &c, m, from, entry, nullptr);
-  out.at = *sv_->pointsInSpace(g_, list, kTraitEyePath | kTraitComesOut, c.depth, m, entry, t);
+  out.at = placesOn(*list, m, from, t);
   out.count = m;
   out.point = words(m);
   out.path = words(m);

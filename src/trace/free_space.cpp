@@ -3,8 +3,8 @@
 #include <Imath/ImathVec.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "trace/packed_normal.h"
 #include "trace/world_part.h"
@@ -127,18 +127,6 @@ uint64_t mixed(uint64_t x) {
   return x ^ (x >> 31);
 }
 
-float bitsToFloat(uint32_t bits) {
-  float x;
-  std::memcpy(&x, &bits, sizeof x);
-  return x;
-}
-
-uint32_t floatToBits(float x) {
-  uint32_t bits;
-  std::memcpy(&bits, &x, sizeof bits);
-  return bits;
-}
-
 }  // namespace
 
 FreeSpace::FreeSpace() {
@@ -179,9 +167,9 @@ FreeSpace::Cell FreeSpace::find(const Shape& shape, const float middle[3], float
 FreeSpace::Region FreeSpace::region(const Shape& shape, const float p[3], float reach) const {
   Region r{};
   // the power of two in (reach / 2, reach]; numbers that are none, and lengths without meaning, have other exponents
-  const uint32_t exponent = (floatToBits(reach) >> 23) & 0xff;
+  const uint32_t exponent = (std::bit_cast<uint32_t>(reach) >> 23) & 0xff;
   if (exponent < 40 || exponent > 214) return r;
-  const float edge = bitsToFloat(exponent << 23), perEdge = bitsToFloat((254 - exponent) << 23);
+  const float edge = std::bit_cast<float>(exponent << 23), perEdge = std::bit_cast<float>((254 - exponent) << 23);
   float cell[3], size = 0;
   uint64_t hash = mixed(uint64_t(shape.key) << 32 | exponent);
   for (int k = 0; k < 3; ++k) {
@@ -196,15 +184,15 @@ FreeSpace::Region FreeSpace::region(const Shape& shape, const float p[3], float 
   for (int k = 0; k < 3; ++k) word[k] = e.word[k].load(std::memory_order_relaxed);
   if ((e.check.load(std::memory_order_relaxed) ^ word[0] ^ word[1] ^ word[2]) != hash) {
     const Cell found = find(shape, r.center, edge);
-    const auto both = [](uint32_t a, float b) { return uint64_t(a) << 32 | floatToBits(b); };
+    const auto both = [](uint32_t a, float b) { return uint64_t(a) << 32 | std::bit_cast<uint32_t>(b); };
     word[0] = both(found.normal, found.distance);
-    word[1] = both(floatToBits(found.radius[0]), found.radius[1]);
-    word[2] = both(floatToBits(found.curvature[0]), found.curvature[1]);
+    word[1] = both(std::bit_cast<uint32_t>(found.radius[0]), found.radius[1]);
+    word[2] = both(std::bit_cast<uint32_t>(found.curvature[0]), found.curvature[1]);
     for (int k = 0; k < 3; ++k) e.word[k].store(word[k], std::memory_order_relaxed);
     e.check.store(hash ^ word[0] ^ word[1] ^ word[2], std::memory_order_relaxed);
   }
   // less what rounding makes of places and distances
-  const float lost = 4e-6f * size, distance = bitsToFloat(uint32_t(word[0]));
+  const float lost = 4e-6f * size, distance = std::bit_cast<float>(uint32_t(word[0]));
   const Imath::V3f at(p[0] - r.center[0], p[1] - r.center[1], p[2] - r.center[2]);
   bool isBehind = false;
   r.offset = 1;
@@ -212,12 +200,12 @@ FreeSpace::Region FreeSpace::region(const Shape& shape, const float p[3], float 
     const Imath::V3f normal = unpacked(uint32_t(word[0] >> 32));
     const float along = at ^ normal, slack = (kSlack + 1e-4f) * edge + lost;
     isBehind = along > distance;
-    r.curvature = bitsToFloat(uint32_t(isBehind ? word[2] : word[2] >> 32));
+    r.curvature = std::bit_cast<float>(uint32_t(isBehind ? word[2] : word[2] >> 32));
     for (int k = 0; k < 3; ++k) r.normal[k] = isBehind ? -normal[k] : normal[k];
     r.offset = (isBehind ? -distance : distance) - slack;
     if (!((isBehind ? -along : along) + r.curvature * at.length2() < r.offset)) return r;
   }
-  float own = bitsToFloat(uint32_t(isBehind ? word[1] : word[1] >> 32));
+  float own = std::bit_cast<float>(uint32_t(isBehind ? word[1] : word[1] >> 32));
   own = 0.9999f * own - lost;
   if (own > 0 && at.length2() < own * own) r.radius = own;
   return r;
