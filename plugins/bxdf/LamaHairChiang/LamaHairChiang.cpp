@@ -227,17 +227,9 @@ struct LamaHairChiang {
       const ChosenTechnique<W> chosen(own.energy, own.total, w);
       const Int<W> which = chosen.which;
       const F third = chosen.rest;
-      F turnSine, turnCosine;
-      sincos(v * F(kTwoPi), turnSine, turnCosine);
-      F sine(0.f), phi(0.f);
-      for (uint32_t p = 0; p < kTechniques; ++p) {
-        const Mask<W> here = which == Int<W>(p);
-        if (!here.any()) continue;
-        const uint32_t a = p < 3 ? p : kPathTRT;
-        sine = select(here, along[a].sample(own.shifted[a], u, turnCosine), sine);
-        phi = select(here, p < 3 ? own.hit.centre[p] + about.sample(third) : third * F(kTwoPi), phi);
-      }
-      out.wi = normalize(frame.direction(sine, phi));
+      out.wi = normalize(sampleFiber(frame, along, own.shifted, which, kTechniques, u, v, [&](uint32_t p) HWY_ATTR {
+        return p < 3 ? own.hit.centre[p] + about.sample(third) : third * F(kTwoPi);
+      }));
       out.valid = chosen.found;
       out.discrete = Mask<W>(false);
       out.below = Mask<W>(false);

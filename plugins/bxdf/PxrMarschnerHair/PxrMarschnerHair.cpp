@@ -316,22 +316,9 @@ struct PxrMarschnerHair {
       const ChosenTechnique<W> chosen(own.energy, own.total, w);
       const Int<W> which = chosen.which;
       const F third = chosen.rest;
-      F turnSine, turnCosine;
-      sincos(v * F(kTwoPi), turnSine, turnCosine);
-      F sine(0.f), phi(0.f);
-      for (uint32_t p = 0; p < kHairPaths; ++p) {
-        const Mask<W> here = which == Int<W>(p);
-        if (!here.any()) continue;
-        const uint32_t a = p < 3 ? p : kPathTRT;
-        sine = select(here, along[a].sample(own.shifted[a], u, turnCosine), sine);
-        phi = select(here, own.hit.centre[p] + about[p].sample(third), phi);
-      }
-      const Mask<W> isRest = which == Int<W>(uint32_t(kMakeRest));
-      if (isRest.any()) {
-        sine = select(isRest, along[kPathTRT].sample(own.shifted[kPathTRT], u, turnCosine), sine);
-        phi = select(isRest, third * F(kTwoPi), phi);
-      }
-      out.wi = frame.direction(sine, phi);
+      out.wi = sampleFiber(frame, along, own.shifted, which, kMakeDiffuse, u, v, [&](uint32_t p) HWY_ATTR {
+        return p < kHairPaths ? own.hit.centre[p] + about[p].sample(third) : third * F(kTwoPi);
+      });
       const Mask<W> isDiffuse = which == Int<W>(uint32_t(kMakeDiffuse));
       if (isDiffuse.any()) {
         // Zinke: a cosine about the normal at an even offset. Kajiya: the same inclinations, any azimuth.

@@ -240,6 +240,26 @@ KN_INLINE Float<W> meanFiberReflectance(Float<W> ior) {
   return sum;
 }
 
+// A direction by the path of each lane, of `count`: those behind TRT have its lobe along the fibre. azimuth(path): one by
+// the path's lobe about it.
+template <int W, class Azimuth>
+KN_INLINE Vec3<W> sampleFiber(const FiberFrame<W>& frame, const AlongLobe<W> (&along)[3],
+                              const Inclination<W> (&seen)[3], Int<W> which, uint32_t count, Float<W> u, Float<W> v,
+                              Azimuth azimuth) {
+  using F = Float<W>;
+  F turnSine, turnCosine;
+  sincos(v * F(kTwoPi), turnSine, turnCosine);
+  F sine(0.f), phi(0.f);
+  for (uint32_t p = 0; p < count; ++p) {
+    const Mask<W> here = which == Int<W>(p);
+    if (!here.any()) continue;
+    const uint32_t a = p < 3 ? p : kPathTRT;
+    sine = select(here, along[a].sample(seen[a], u, turnCosine), sine);
+    phi = select(here, azimuth(p), phi);
+  }
+  return frame.direction(sine, phi);
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
