@@ -14,6 +14,7 @@
 #include "edits.h"
 #include "lights.h"
 #include "match_orders.h"
+#include "media.h"
 #include "rich_scene.h"
 #include "sequences.h"
 #include "shading.h"
@@ -75,6 +76,20 @@ constexpr Group kLights[] = {
      "its variance against choice by power; bytes_per_light, light_build_seconds"},
 };
 
+constexpr Group kMedia[] = {
+    {"fog", &measureFog, "fog_vs_clear: a room full of even fog against the same without"},
+    {"lookups", &measureVoxelLookups,
+     "lookups_vs_openvdb*, ns_lookup*: trilinear lookups of a grid by groups against OpenVDB's sampler at the same "
+     "points"},
+    {"cloud", &measureCloud,
+     "cloud_growth_256, ns_cloud_collision_*, cloud_lane_use: what a collision takes in a cloud with 256 bounces "
+     "against 8, and the lanes in use"},
+    {"below", &measureBelow,
+     "walks_vs_diffuse_*, profile_vs_diffuse_*: a ball with subsurface scattering, by walks and by a profile, "
+     "against "
+     "a diffuse one"},
+};
+
 constexpr Group kSampling[] = {
     {"integrals", &measureIntegrals,
      "error_SEQUENCE_INTEGRAND_N: root mean square error over pixels of N samples, over the integral; "
@@ -118,6 +133,8 @@ int list() {
   for (const Group& g : kLights) std::printf("  %-12s %s\n", g.name, g.meaning);
   std::puts("edits: an edited scene rendered again");
   for (const Group& g : kEdits) std::printf("  %-12s %s\n", g.name, g.meaning);
+  std::puts("media: media that fill space, and light below surfaces");
+  for (const Group& g : kMedia) std::printf("  %-12s %s\n", g.name, g.meaning);
   std::puts("sampling: sequences of samples against each other");
   for (const Group& g : kSampling) std::printf("  %-12s %s\n", g.name, g.meaning);
   std::puts("match_orders: measures nothing; prints the orders of src/sampling/matched_orders.cpp");
@@ -135,7 +152,8 @@ int main(int count, char** values) {
   CLI::App app{"Measures Kinora. NAME is a family; `kinora-bench list` says what each measures and against what."};
   std::string name, json, out;
   Options options;
-  app.add_option("NAME", name, "a family (core, shading, lights, edits, sampling), list, match_orders, or scenes")
+  app.add_option("NAME", name,
+                 "a family (core, shading, lights, edits, media, sampling), list, match_orders, or scenes")
       ->required();
   app.add_option("--json", json, "write the figures here as flat JSON");
   app.add_option("--out", out, "folder for what `scenes` writes");
@@ -154,8 +172,9 @@ int main(int count, char** values) {
   if (name == "list") return list();
   if (name == "scenes") return writeScenes(out, options.quick);
   if (name == "match_orders") return printMatchedOrders(options.quick);
-  const std::pair<const char*, std::span<const Group>> families[] = {
-      {"core", kCore}, {"shading", kShading}, {"lights", kLights}, {"edits", kEdits}, {"sampling", kSampling}};
+  const std::pair<const char*, std::span<const Group>> families[] = {{"core", kCore},     {"shading", kShading},
+                                                                     {"lights", kLights}, {"edits", kEdits},
+                                                                     {"media", kMedia},   {"sampling", kSampling}};
   const auto* const family =
       std::find_if(std::begin(families), std::end(families), [&](const auto& f) { return name == f.first; });
   if (family == std::end(families)) {

@@ -23,4 +23,8 @@ add_library(OpenSubdiv::osdCPU INTERFACE IMPORTED)
 target_link_libraries(OpenSubdiv::osdCPU INTERFACE ${OSD_CPU_LIB})
 if(KINORA_BUILD_TESTS)
   find_package(GTest REQUIRED)
+  # to measure against, with the headers of Boost that its own include; files are read through OpenImageIO
+  find_library(OPENVDB_LIB openvdb REQUIRED)
+  add_library(OpenVDB::openvdb INTERFACE IMPORTED)
+  target_link_libraries(OpenVDB::openvdb INTERFACE ${OPENVDB_LIB} TBB::tbb PkgConfig::IMATH)
 endif()

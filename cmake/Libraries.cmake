@@ -125,7 +125,7 @@ function(kinora_bench)
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
   add_executable(kinora-bench ${sources})
   target_link_libraries(kinora-bench PRIVATE kinora_render kinora_rib kinora_language kinora_testing kinora_stock CLI11::CLI11
-                                             nlohmann_json::nlohmann_json OpenImageIO::OpenImageIO)
+                                             nlohmann_json::nlohmann_json OpenImageIO::OpenImageIO OpenVDB::openvdb)
   add_dependencies(kinora-bench kinora_pictures)
   target_compile_definitions(kinora-bench PRIVATE KINORA_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   kinora_unity(kinora-bench 8)

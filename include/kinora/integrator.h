@@ -490,7 +490,7 @@ struct Services {
   uint32_t (*shadeVertices)(Group*, uint32_t n, const VertexRecord* records, Context* const** contexts);
   // Records of n points that no ray found, in empty space, seen along their geometric normals, for shadeVertices().
   // They are packed: out[i] is of place which[i]; what is no place on a triangle of the world is left out. Returns
-  // their number.
+  // their number. out null: which places those are, and no more.
   uint32_t (*makeVertices)(Group*, uint32_t n, const SurfacePlaces*, VertexRecord* out, uint32_t* which);
   // Hits of rays that leave the listed points of a context (o, d, tMax, time by ray) on the objects of those points,
   // whatever presence, visibility and other objects have to say; or on the members of a set of objects, as far as

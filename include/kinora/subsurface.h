@@ -1,21 +1,8 @@
 // Paths below surfaces, for integrators: what generate() flagged kSampleBelow goes in at points of a context and comes
-// out elsewhere, by random walks or by the profiles of diffusion (subsurface_profiles.h), many paths at once. Where it
-// comes out is a context with a diffuse bxdf of its own, on which light samples are taken and from which paths go on
-// (PathLoop in path_loop.h shows it). Random numbers are addressed by path and event: nothing depends on which paths
-// are together. Included per target.
-//
-// A walk: free flights by one channel at a time, chosen by the path's throughput and weighed over all (one-sample
-// multiple importance sampling, Veach 1997 chapter 9; the sum of the channels never grows), Henyey-Greenstein
-// scattering, Russian roulette. Chiang, Kutz and Burley, "Practical and controllable subsurface scattering for
-// production path tracing" (SIGGRAPH talks 2016), is where diffuse entry and exit come from. With an index of the
-// boundary (Subsurface::ior) light goes in by the cosine's law of the outside, refracted and weighed by what Fresnel's
-// formulas let through, over the mean of that; what arrives from inside is mirrored by chance as they say, always beyond
-// the critical angle, or comes out by a cosine's law. Up to a constant that is the transport of a matt surface on a
-// dielectric, and so it is reciprocal: n^2 times the densities inside are the transmittances outside.
-//
-// A profile: a chord through the object beside the point, along the normal or one of two tangents, at a distance taken
-// by one of the terms and channels; one of its hits on the object is where light comes out. The density is that of all
-// axes, terms and channels together (King, Kulla, Conty and Fajardo, "BSSRDF importance sampling", SIGGRAPH talks 2013).
+// out elsewhere, by random walks (subsurface_walks.h) or by the profiles of diffusion (subsurface_chords.h), many paths at
+// once. Where it comes out is a context with a diffuse bxdf of its own, on which light samples are taken and from which
+// paths go on (PathLoop in path_loop.h shows it). Random numbers are addressed by path and event: nothing depends on
+// which paths are together. Included per target.
 #include <kinora/integrator.h>
 #include <kinora/math/sampling.h>
 #include <kinora/random.h>
@@ -229,6 +216,11 @@ class PathsBelow {
   }
   static KN_INLINE F drawEvent(I address, I event) { return toUnitFloat(hashWords(address, event)); }
   KN_INLINE F draw(I point, uint32_t event) const { return drawEvent(addressOf(point), I(event)); }
+  // Of the medium at a walk's point of entry. Most bodies have the same everywhere, and gathers would be a sixth of a walk.
+  KN_INLINE F numberAt(const float* x, I point) const { return isEven_ ? F(x[first_]) : gather(x, point); }
+  KN_INLINE Rgb<W> colorAt(float* const x[3], I point) const {
+    return {numberAt(x[0], point), numberAt(x[1], point), numberAt(x[2], point)};
+  }
   static KN_INLINE void padPoints(uint32_t m, uint32_t* x) {
     for (uint32_t i = m; i < padded(m); ++i) x[i] = m ? x[m - 1] : 0;
   }
@@ -240,6 +232,8 @@ class PathsBelow {
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
   bool hasTails_ = false;             // some flights are no exponential ones
+  bool isEven_ = false;               // lengths, albedos and mean cosines are the same at all points, as at first_
+  uint32_t first_ = 0;
   bool hasProfiles_ = false;          // some paths come out by a profile
   float* enters_ = nullptr;           // by point: what the boundary lets in of diffuse light; null: there is none
   uint32_t* entered_;                 // points on what can have an inside
@@ -293,23 +287,25 @@ uint32_t PathsBelow<W>::enter(uint32_t n, const uint32_t* points) {
   const Context& c = *c_;
   entered_ = words(n);
   const MemoryMark mark = sv_->markMemory(g_);
-  uint32_t *x[5] = {words(n), words(n), words(n), words(n), words(n)}, *which = words(n);
-  float *u = floats(n), *v = floats(n), *time = floats(n), *radius = floats(n);
+  uint32_t *x[3] = {words(n), words(n), words(n)}, *which = words(n);
+  float *u = floats(n), *v = floats(n), *time = floats(n);
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t p = points[i];
     x[0][i] = c.place.instance[p];
     x[1][i] = c.place.geometry[p];
     x[2][i] = c.place.primitive[p];
-    x[3][i] = c.sampleSeed[p];
-    x[4][i] = c.sampleIndex[p];
     u[i] = c.place.u[p];
     v[i] = c.place.v[p];
     time[i] = c.time[p];
-    radius[i] = c.radius[p];
   }
-  const SurfacePlaces places{x[0], x[1], x[2], u, v, time, radius, nullptr, x[3], x[4]};
-  VertexRecord* records = static_cast<VertexRecord*>(sv_->alloc(g_, (n + kPad) * sizeof(VertexRecord)));
-  const uint32_t made = sv_->makeVertices(g_, n, &places, records, which);
+  SurfacePlaces places{};
+  places.instance = x[0];
+  places.geometry = x[1];
+  places.primitive = x[2];
+  places.u = u;
+  places.v = v;
+  places.time = time;
+  const uint32_t made = sv_->makeVertices(g_, n, &places, nullptr, which);
   uint32_t next = 0;
   for (uint32_t i = 0; i < n; ++i) {
     if (next < made && which[next] == i) {
@@ -344,329 +340,6 @@ void PathsBelow<W>::goBack(uint32_t point, const float beta[3], BelowSurface why
   for (int c = 0; c < 3; ++c) backBeta_[c][back_] = beta[c];
   ++back_;
   lost_[uint32_t(why)][lostCount_[uint32_t(why)]++] = point;
-}
-
-// Walks are followed a flight at a time, all that are under way together. Where a region is known that the surface does
-// not reach into, flights that end within it need no ray. The others wait until they are many: lanes stay filled.
-template <int W>
-void PathsBelow<W>::walk(uint32_t n, const uint32_t* points, const GenerateArgs& a) {
-  const Context& c = *c_;
-  Walkers running = makeWalkers(n), waiting = makeWalkers(n);
-  hasTails_ = false;
-  enters_ = nullptr;
-  bool isBounded = false;
-  for (uint32_t i = 0; i < n; ++i) {
-    hasTails_ |= below_.tail[points[i]] > 0;
-    isBounded |= below_.ior[points[i]] > 1;
-  }
-  padPoints(n, entered_);
-  if (isBounded) {
-    enters_ = floats(c.padded);
-    float ior = 0, lets = 1;
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t p = points[i];
-      if (below_.ior[p] != ior) lets = float(diffuseTransmittance(double(ior = below_.ior[p])));
-      enters_[p] = lets;
-    }
-  }
-  for (uint32_t i = 0; i < n; i += W) {
-    const I p = I::load(points + i);
-    Vec3<W> d = Vec3<W>::gather(a.wi, p);
-    const Vec3<W> Ng = Vec3<W>::gather(c.Ng, p);
-    Rgb<W> beta(1.f);
-    if (enters_) refractInto(Ng, p, d, beta);
-    const Vec3<W> P = leave(Vec3<W>::gather(c.P, p), Ng, gather(c.bias, p), d);
-    const Walker x{P, d, beta, gather(c.time, p), p, I(0), I(1), I(1), addressOf(p)};
-    fly(x).store(waiting.flight + i);
-    x.store(waiting, i);
-  }
-  waiting.count = n;
-  while (waiting.count + running.count) {
-    meetSurface(waiting, running);
-    waiting.count = 0;
-    while (running.count && running.count >= waiting.count) flyFreely(running, waiting);
-  }
-}
-
-template <int W>
-typename PathsBelow<W>::Walkers PathsBelow<W>::makeWalkers(uint32_t n) const {
-  Walkers w;
-  for (int k = 0; k < 3; ++k) {
-    w.P[k] = floats(n);
-    w.d[k] = floats(n);
-    w.beta[k] = floats(n);
-    w.center[k] = floats(n);
-    w.normal[k] = floats(n);
-  }
-  for (float** x : {&w.time, &w.flight, &w.radius, &w.curvature, &w.offset}) *x = floats(n);
-  for (uint32_t** x : {&w.point, &w.boundary, &w.within, &w.step, &w.address}) *x = words(n);
-  return w;
-}
-
-// The length of the next free flight, by one channel.
-template <int W>
-KN_INLINE Float<W> PathsBelow<W>::fly(const Walker& x) const {
-  const I p = x.point, event = x.step * I(8);
-  const Rgb<W> b = x.beta, length = Rgb<W>::gather(below_.length, p);
-  const F u = drawEvent(x.address, event) * (b.x + b.y + b.z);
-  const Mask<W> first = u < b.x, second = (!first) & (u < b.x + b.y);
-  const F own = select(first, length.x, select(second, length.y, length.z));
-  const F depth = -log(F(1.f) - drawEvent(x.address, event + I(1)));
-  F t = depth * own;
-  if (hasTails_) {
-    const F tail = gather(below_.tail, p);
-    const F power = select(x.boundary != I(0), tail, tail / (F(1.f) + tail));
-    t = select(tail > F(0.f), (exp(min(depth * power, F(60.f))) - F(1.f)) * own / tail, t);
-  }
-  return min(t, F(1e30f));
-}
-
-// Multiplies in what each channel made of a way of length t, over what all of them together did.
-template <int W>
-KN_INLINE void PathsBelow<W>::weigh(Walker& x, F t, Mask<W> met) const {
-  const I p = x.point;
-  const Rgb<W> length = Rgb<W>::gather(below_.length, p), depth(t / length.x, t / length.y, t / length.z);
-  Rgb<W> kept(exp(-depth.x), exp(-depth.y), exp(-depth.z));
-  Rgb<W> made(kept.x / length.x, kept.y / length.y, kept.z / length.z);
-  if (hasTails_) {
-    const F tail = gather(below_.tail, p);
-    const Mask<W> heavy = tail > F(0.f), edge = x.boundary != I(0);
-    const F slow = F(1.f) / max(tail, F(1e-6f)), power = select(edge, slow, slow + F(1.f));
-    const F scale = select(edge, F(1.f), F(1.f) + tail);
-    const auto law = [&](F y, F l, F& keeps, F& makes) {
-      const F q = log(fma(tail, y, F(1.f)));
-      keeps = select(heavy, exp(-(power * q)), keeps);
-      makes = select(heavy, scale * exp(-((power + F(1.f)) * q)) / l, makes);
-    };
-    law(depth.x, length.x, kept.x, made.x);
-    law(depth.y, length.y, kept.y, made.y);
-    law(depth.z, length.z, kept.z, made.z);
-  }
-  const F before = x.beta.x + x.beta.y + x.beta.z;
-  Rgb<W> b = x.beta * select(met, kept, made);
-  const F after = b.x + b.y + b.z;
-  b = b * zeroUnless(after > F(0.f), before / max(after, F(1e-37f)));
-  x.beta = select(met, b, b * Rgb<W>::gather(below_.albedo, p));
-}
-
-// Those that go on where a flight ended: in another direction unless they met a part of the body, by Russian roulette.
-template <int W>
-KN_INLINE Mask<W> PathsBelow<W>::scatter(Walker& x, Mask<W> met, Mask<W> in) {
-  const I p = x.point, event = x.step * I(8);
-  const F mu = sampleHenyeyGreenstein(gather(below_.anisotropy, p), drawEvent(x.address, event + I(2)));
-  const F r = safeSqrt(fnma(mu, mu, F(1.f)));
-  F sinPhi, cosPhi;
-  sincos(drawEvent(x.address, event + I(3)) * F(kTwoPi), sinPhi, cosPhi);
-  x.d = select(met, x.d, normalize(Frame<W>(x.d).toWorld({r * cosPhi, r * sinPhi, mu})));
-  const F most = maxComponent(x.beta);
-  // Not below what the surface returns in the mean: dark ones are entered seldom, by paths that are worth much.
-  const F mean = clamp(maxComponent(Rgb<W>::gather(below_.surface, p)), F(0.1f), F(1.f));
-  const F goesOn = clamp(most / (mean * F(o_.rouletteBelow)), F(0.f), F(1.f));
-  in = in & (drawEvent(x.address, event + I(4)) < goesOn);
-  x.beta = x.beta * (F(1.f) / max(goesOn, F(1e-30f)));
-  x.boundary = select(met, I(1), I(0));
-  x.step = x.step + I(1);
-  const Mask<W> endless = in & !(x.step < I(o_.mostSteps));
-  if (endless.any()) {
-    goBack(x, endless);
-    in = in & !endless;
-  }
-  return in;
-}
-
-template <int W>
-KN_INLINE void PathsBelow<W>::goBack(const Walker& x, Mask<W> lanes) {
-  alignas(64) float beta[3][W];
-  alignas(64) uint32_t point[W];
-  x.beta.x.store(beta[0]);
-  x.beta.y.store(beta[1]);
-  x.beta.z.store(beta[2]);
-  x.point.store(point);
-  for (uint32_t bits = lanes.bits(); bits; bits &= bits - 1) {
-    const auto k = uint32_t(__builtin_ctz(bits));
-    const float own[3] = {beta[0][k], beta[1][k], beta[2][k]};
-    goBack(point[k], own, BelowSurface::Endless);
-  }
-}
-
-// Directions of a cosine's law outside become those inside. They are weighed by what is let through, over its mean.
-template <int W>
-KN_INLINE void PathsBelow<W>::refractInto(Vec3<W> Ng, I point, Vec3<W>& d, Rgb<W>& beta) const {
-  const F ior = gather(below_.ior, point), eta = F(1.f) / ior, along = dot(d, Ng), mu = min(abs(along), F(1.f));
-  const Mask<W> bends = ior > F(1.f);
-  const F inside = safeSqrt(fnma(eta * eta, fnma(mu, mu, F(1.f)), F(1.f)));
-  // the part in the surface shortens, the other is set
-  const Vec3<W> bent = (d - Ng * along) * eta + Ng * copySign(inside, along);
-  const F through = (F(1.f) - fresnelDielectric(mu, eta)) / gather(enters_, point);
-  d = select(bends, normalize(bent), d);
-  beta = select(bends, beta * through, beta);
-}
-
-// Of the lanes that would come out those that the boundary reflects go on inside.
-template <int W>
-KN_INLINE Mask<W> PathsBelow<W>::mirror(Walker& x, const ObjectHits& h, uint32_t i, Mask<W> ends) const {
-  const F ior = gather(below_.ior, x.point);
-  const Vec3<W> Ng = normalize(Vec3<W>::load(h.ng, i));
-  const F along = dot(x.d, Ng), mu = min(abs(along), F(1.f));
-  const Mask<W> mirrored =
-      ends & (ior > F(1.f)) & (drawEvent(x.address, x.step * I(8) + I(5)) < fresnelDielectric(mu, ior));
-  const Vec3<W> away = normalize(x.d - Ng * (along + along));
-  x.d = select(mirrored, away, x.d);
-  // off the surface that it came from within
-  x.P = select(mirrored, leave(x.P, Ng, gather(c_->bias, x.point), away), x.P);
-  return mirrored;
-}
-
-// One flight of all that run, as far as no surface can be in the way. The others, with their flights, wait.
-template <int W>
-void PathsBelow<W>::flyFreely(Walkers& running, Walkers& waiting) {
-  const MemoryMark mark = sv_->markMemory(g_);
-  const uint32_t n = running.count;
-  // those that leave their region ask for another one, about where they are
-  float *P[3] = {floats(n), floats(n), floats(n)}, *reach = floats(n);
-  uint32_t *point = words(n), *entry = words(n), asking = 0;
-  for (uint32_t i = 0; i < n; i += W) {
-    const Walker x = Walker::load(running, i);
-    const F t = fly(x);
-    t.store(running.flight + i);
-    const Region own = Region::load(running, i);
-    const Mask<W> asks = Mask<W>::firstN(int(n - i < W ? n - i : W)) & !own.holds(fma(x.d, t, x.P));
-    const Packer<W> pack(asks);
-    x.P.pack(pack, P, asking);
-    const F g = max(gather(below_.anisotropy, x.point), F(0.f));
-    const Rgb<W> length = Rgb<W>::gather(below_.length, x.point);
-    pack.put((length.x + length.y + length.z) * F(kReach / 3) / (F(1.f) - g), reach + asking);
-    pack.put(x.point, point + asking);
-    pack.put(I::lanes(i), entry + asking);
-    asking += uint32_t(pack.count);
-  }
-  FreeRegions found{
-      {floats(n), floats(n), floats(n)}, floats(n), {floats(n), floats(n), floats(n)}, floats(n), floats(n)};
-  if (below_.traceSet && *below_.traceSet)
-    for (uint32_t i = 0; i < asking; ++i) found.radius[i] = 0;
-  else
-    sv_->freeRegions(g_, c_, asking, point, P, reach, &found);
-  for (uint32_t i = 0; i < asking; ++i) {
-    const uint32_t e = entry[i];
-    for (int k = 0; k < 3; ++k) {
-      running.center[k][e] = found.center[k][i];
-      running.normal[k][e] = found.normal[k][i];
-    }
-    running.radius[e] = found.radius[i];
-    running.curvature[e] = found.curvature[i];
-    running.offset[e] = found.offset[i];
-  }
-  uint32_t open = 0;
-  for (uint32_t i = 0; i < n; i += W) {
-    Walker x = Walker::load(running, i);
-    const F t = F::load(running.flight + i);
-    const Region own = Region::load(running, i);
-    const Vec3<W> to = fma(x.d, t, x.P);
-    const Mask<W> all = Mask<W>::firstN(int(n - i < W ? n - i : W));
-    const Mask<W> free = all & own.holds(to);
-    const Packer<W> packWaiting(all & !free);
-    x.pack(packWaiting, waiting);
-    packWaiting.put(t, waiting.flight + waiting.count);
-    waiting.count += uint32_t(packWaiting.count);
-    if (free.none()) continue;
-    weigh(x, t, Mask<W>(false));
-    x.P = to;
-    const Packer<W> pack(scatter(x, Mask<W>(false), free));
-    running.count = open;
-    x.pack(pack, running);
-    own.pack(pack, running);
-    open += uint32_t(pack.count);
-  }
-  running.count = open;
-  padPoints(open, running.point);
-  padPoints(waiting.count, waiting.point);
-  sv_->releaseMemory(g_, mark);
-}
-
-// Flights of those that wait, which may meet the surface: paths come out, or run on.
-template <int W>
-void PathsBelow<W>::meetSurface(Walkers& waiting, Walkers& running) {
-  const Context& c = *c_;
-  const MemoryMark mark = sv_->markMemory(g_);
-  const uint32_t m = waiting.count;
-  const float reach = 8 * sv_->worldRadius;
-  float* tMax = floats(m);
-  for (uint32_t i = 0; i < m; i += W)
-    // the first ray asks whether there is an inside at all
-    select(I::load(waiting.step + i) == I(0), F(1e30f), F::load(waiting.flight + i)).store(tMax + i);
-  Rays rays{};
-  for (int k = 0; k < 3; ++k) {
-    rays.o[k] = waiting.P[k];
-    rays.d[k] = waiting.d[k];
-  }
-  rays.tMax = tMax;
-  rays.time = waiting.time;
-  ObjectHits h{};
-  h.most = 1;
-  h.nearestOnly = 1;
-  h.traceSet = below_.traceSet;
-  sv_->hitsOnObject(g_, &c, m, waiting.point, &rays, &h);
-  for (uint32_t i = 0; i < m; i += W) {
-    Walker x = Walker::load(waiting, i);
-    Mask<W> in = Mask<W>::firstN(int(m - i < W ? m - i : W));
-    const I p = x.point;
-    const F t = F::load(waiting.flight + i);
-    const Mask<W> hit = in & (I::load(h.count + i) != I(0));
-    const F s = select(hit, F::load(h.t + i), F(1e30f));
-    const Mask<W> met = hit & (s <= t);
-    const F way = select(met, s, t);
-    weigh(x, way, met);
-    x.P = fma(x.d, way, x.P);
-    if (met.any()) {
-      // out, or into another part and out of one, where parts join; from within, the surface is crossed the other way
-      const Mask<W> outside = gather(c.entering, p) != I(0);
-      const Mask<W> goesOut = (I::load(h.leaves + i) != I(0)) ^ (!outside);
-      Mask<W> ends = met;
-      if (below_.joins) {
-        x.within = select(met, x.within + select(goesOut, I(-1), I(1)), x.within);
-        ends = met & !(x.within > I(0));
-      }
-      Mask<W> mirrored(false);
-      if (enters_) {
-        mirrored = mirror(x, h, i, ends);
-        ends = ends & !mirrored;
-        if (below_.joins) x.within = select(mirrored, x.within + I(1), x.within);
-      }
-      alignas(64) float bs[3][W];
-      x.beta.x.store(bs[0]);
-      x.beta.y.store(bs[1]);
-      x.beta.z.store(bs[2]);
-      // flights are as many as scatterings and one, where parts neither join nor reflect
-      const Mask<W> kept = below_.leavesOutSingle ? ends & !(x.step == I(1)) : ends;
-      for (uint32_t bits = kept.bits(); bits; bits &= bits - 1) {
-        const uint32_t k = uint32_t(__builtin_ctz(bits));
-        const float own[3] = {bs[0][k], bs[1][k], bs[2][k]};
-        comeOut(h, i + k, waiting.point[i + k], own);
-      }
-      in = in & !ends;
-      x.P = select(met & !mirrored, fma(x.d, gather(c.bias, p), x.P), x.P);  // beyond the inner surface
-    }
-    const Mask<W> none = in & (!hit) & (x.step == I(0));
-    for (uint32_t bits = none.bits(); bits; bits &= bits - 1) {
-      const uint32_t at = waiting.point[i + uint32_t(__builtin_ctz(bits))];
-      const float own[3] = {below_.surface[0][at], below_.surface[1][at], below_.surface[2][at]};
-      goBack(at, own, BelowSurface::Open);
-    }
-    in = in & !none;
-    const Vec3<W> from = x.P - Vec3<W>::gather(c.P, p);
-    const Mask<W> far = in & !(dot(from, from) < F(reach * reach));
-    if (far.any()) {
-      goBack(x, far);
-      in = in & !far;
-    }
-    if (in.none()) continue;
-    const Packer<W> pack(scatter(x, met, in));
-    x.pack(pack, running);
-    pack.put(F(0.f), running.radius + running.count);
-    running.count += uint32_t(pack.count);
-  }
-  padPoints(running.count, running.point);
-  sv_->releaseMemory(g_, mark);
 }
 
 // Straight ways through the body: what is left of light over their length. Where parts are joined, to the last of the
@@ -716,150 +389,6 @@ void PathsBelow<W>::cross(uint32_t n, const uint32_t* points, const GenerateArgs
     for (int k = 0; k < 3; ++k) kept[k] = exp(Float<1>(-h.t[at] / below_.term[0].length[k][p])).lane0();
     comeOut(h, at, p, kept);
     out_.isStraight[out_.count - 1] = 1;
-  }
-}
-
-template <int W>
-void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
-  if (!n) return;
-  const Context& c = *c_;
-  const bool dipoles = below_.model != SubsurfaceModel::Burley;
-  for (uint32_t k = 0; k < 3; ++k) {
-    for (uint32_t t = 0; t < below_.terms; ++t) spread_[t][k] = floats(c.padded);
-    for (float*& x : dipole_[k]) x = dipoles ? floats(c.padded) : nullptr;
-  }
-  float ior = 0;
-  BoundaryMoments moments(1);
-  // most points have the albedo of the one before
-  float known[3] = {-1, -1, -1};
-  Dipole unit[3] = {};
-  for (uint32_t j = 0; j < n; ++j) {
-    const uint32_t p = points[j];
-    if (dipoles && below_.ior[p] != ior) {
-      moments = BoundaryMoments(double(ior = below_.ior[p]));
-      for (float& a : known) a = -1;
-    }
-    for (uint32_t k = 0; k < 3; ++k)
-      for (uint32_t t = 0; t < below_.terms; ++t) {
-        const float length = below_.term[t].length[k][p], albedo = below_.term[t].albedo[k][p];
-        // of dipoles the tail's length is that of the profile's longer exponential
-        spread_[t][k][p] = length / (dipoles ? 3.f : burleyScale(albedo));
-        if (!dipoles) continue;
-        if (albedo != known[k])
-          unit[k] = makeDipole(below_.model == SubsurfaceModel::BetterDipole, known[k] = albedo, moments);
-        const Dipole d = stretched(unit[k], length);
-        const float x[5] = {d.decay, d.depth, d.mirrored, d.flux, d.fluence};
-        for (int i = 0; i < 5; ++i) dipole_[k][i][p] = x[i];
-      }
-  }
-  float *o[3], *d[3];
-  for (int k = 0; k < 3; ++k) {
-    o[k] = floats(n);
-    d[k] = floats(n);
-  }
-  float *tMax = floats(n), *time = floats(n), *pick = floats(n);
-  uint32_t* point = words(n);
-  for (uint32_t i = 0; i < n; ++i) point[i] = points[i];
-  padPoints(n, point);
-  for (uint32_t i = 0; i < n; i += W) {
-    const I p = I::load(point + i);
-    // the term and channel, by what they return
-    F sum(0.f);
-    const auto part = [&](uint32_t t, uint32_t k) {
-      return gather(below_.surface[k], p) * gather(below_.term[t].share[k], p);
-    };
-    for (uint32_t t = 0; t < below_.terms; ++t)
-      for (uint32_t k = 0; k < 3; ++k) sum += part(t, k);
-    F rest = draw(p, 0) * sum, spread(0.f);
-    Mask<W> open(true);
-    for (uint32_t t = 0; t < below_.terms; ++t)
-      for (uint32_t k = 0; k < 3; ++k) {
-        const F share = part(t, k);
-        const Mask<W> here = open & (share > F(0.f));
-        spread =
-            select(here, gather(spread_[t][k], p), spread);  // of the last that has a share, should rounding say so
-        open = open & !(here & (rest < share));
-        rest -= share;
-      }
-    const F r = sampleBurleyProfile(spread, draw(p, 1), draw(p, 2)), farthest = spread * F(kFarthest);
-    const F half = safeSqrt(farthest * farthest - r * r);
-    F s, co;
-    sincos(draw(p, 3) * F(kTwoPi), s, co);
-    const Frame<W> f(Vec3<W>::gather(c.Ng, p));
-    const F u = draw(p, 4);
-    const Mask<W> alongX = u < F(kAxis[0]), alongY = (!alongX) & (u < F(kAxis[0] + kAxis[1]));
-    const Vec3<W> axis = select(alongX, f.x, select(alongY, f.y, f.z));
-    const Vec3<W> a = select(alongX, f.y, select(alongY, f.z, f.x)),
-                  b = select(alongX, f.z, select(alongY, f.x, f.y));
-    const Vec3<W> from = fma(axis, half, fma(a, r * co, fma(b, r * s, Vec3<W>::gather(c.P, p))));
-    from.store(o, i);
-    (-axis).store(d, i);
-    select(r < farthest, half + half, F(-1.f)).store(tMax + i);
-    gather(c.time, p).store(time + i);
-    draw(p, 5).store(pick + i);
-  }
-  Rays rays{};
-  for (int k = 0; k < 3; ++k) {
-    rays.o[k] = o[k];
-    rays.d[k] = d[k];
-  }
-  rays.tMax = tMax;
-  rays.time = time;
-  ObjectHits h{};
-  h.most = kMostHits;
-  h.traceSet = below_.traceSet;
-  sv_->hitsOnObject(g_, &c, n, point, &rays, &h);
-  for (uint32_t i = 0; i < n; ++i) {
-    if (!h.count[i] || !(tMax[i] > 0)) continue;
-    const uint32_t all = h.count[i] < kMostHits ? h.count[i] : kMostHits, chosen = uint32_t(pick[i] * float(all));
-    const float beta[3] = {float(all), float(all), float(all)};
-    comeOut(h, size_t(i) * kMostHits + (chosen < all ? chosen : all - 1), point[i], beta);
-    out_.isInside[out_.count - 1] = c.entering[point[i]] ? 0 : 1;  // on the side where light went in
-  }
-}
-
-// Multiplies the shares of points where light comes out, which are the numbers of hits on their chords, by the profile
-// over the density of all ways to take a chord through the place. point: where it went in; ~0: not by a profile.
-template <int W>
-void PathsBelow<W>::weighProfiles(const Context& x, const uint32_t* point, float* const beta[3]) const {
-  const Context& c = *c_;
-  const bool dipoles = below_.model != SubsurfaceModel::Burley;
-  for (uint32_t i = 0; i < x.count; i += W) {
-    alignas(64) uint32_t at[W];
-    uint32_t byProfile = 0;
-    for (uint32_t k = 0; k < W; ++k) {
-      const bool isOne = i + k < x.count && point[i + k] != ~0u;
-      at[k] = isOne ? point[i + k] : 0;
-      byProfile |= uint32_t(isOne) << k;
-    }
-    const I p = I::load(at);
-    const Vec3<W> way = Vec3<W>::load(x.P, i) - Vec3<W>::gather(c.P, p), Ng = Vec3<W>::load(x.Ng, i);
-    const Frame<W> f(Vec3<W>::gather(c.Ng, p));
-    const F r2 = dot(way, way), r = sqrt(r2);
-    const Vec3<W> local = f.toLocal(way), n = f.toLocal(Ng);
-    const F beside[3] = {safeSqrt(r2 - local.x * local.x), safeSqrt(r2 - local.y * local.y),
-                         safeSqrt(r2 - local.z * local.z)};
-    const F along[3] = {abs(n.x), abs(n.y), abs(n.z)};
-    F density(0.f), sum(0.f), value[3];
-    for (uint32_t k = 0; k < 3; ++k)
-      for (uint32_t t = 0; t < below_.terms; ++t) {
-        const F share = gather(below_.term[t].share[k], p), part = gather(below_.surface[k], p) * share;
-        const F d = gather(spread_[t][k], p);
-        sum += part;
-        const Mask<W> within = r <= d * F(kFarthest);
-        F made(0.f);
-        for (int a = 0; a < 3; ++a) made = fma(burleyProfile(d, beside[a]), along[a] * F(kAxis[a]), made);
-        density += zeroUnless(within, part * made);
-        const auto of = [&](int j) { return gather(dipole_[k][j], p); };
-        value[k] += part * (dipoles ? dipoleProfile(of(0), of(1), of(2), of(3), of(4), r) : burleyProfile(d, r));
-      }
-    const F scale = sum / max(density, F(1e-37f));
-    for (uint32_t k = 0; k < 3; ++k) {
-      alignas(64) float factor[W];
-      (value[k] * zeroUnless(density > F(0.f), scale)).store(factor);
-      for (uint32_t l = 0; l < W && i + l < x.count; ++l)
-        if (byProfile >> l & 1) beta[k][i + l] *= factor[l];
-    }
   }
 }
 
@@ -998,4 +527,6 @@ Emerged PathsBelow<W>::follow(const Context& c, uint32_t which, uint32_t n, cons
 HWY_AFTER_NAMESPACE();
 #endif
 
+#include <kinora/subsurface_chords.h>
+#include <kinora/subsurface_walks.h>
 #include <kinora/simd/tables.h>

@@ -312,15 +312,22 @@ float boundOf(const shade::SpaceMedium& m, const volume::Majorants& cells, size_
 void boundByFields(shade::SpaceMedium& m) {
   std::vector<std::array<float, 3>> means(m.majorants.count());
   tbb::parallel_for(size_t(0), m.majorants.count(), [&](size_t cell) {
-    float low[3], high[3], sum[3] = {0, 0, 0};
+    constexpr int kPoints = 8;
+    alignas(64) float low[3], high[3], place[3][kPad], extinction[3][kPad], time[kPad];
+    const float* const P[3] = {place[0], place[1], place[2]};
+    float* const found[3] = {extinction[0], extinction[1], extinction[2]};
     m.majorants.boundsOf(cell, low, high);
-    for (int point = 0; point < 8; ++point) {
-      float p[3], v[3];
-      for (int k = 0; k < 3; ++k) p[k] = low[k] + (high[k] - low[k]) * (point >> k & 1 ? 0.75f : 0.25f);
-      m.productAt(p, timeOf(point), v);
-      for (int k = 0; k < 3; ++k) sum[k] += v[k];
+    for (int i = 0; i < int(kPad); ++i) {
+      const int point = i % kPoints;
+      for (int k = 0; k < 3; ++k) place[k][i] = low[k] + (high[k] - low[k]) * (point >> k & 1 ? 0.75f : 0.25f);
+      time[i] = timeOf(point);
     }
-    for (int k = 0; k < 3; ++k) means[cell][size_t(k)] = sum[k] * (1.f / 8);
+    m.productsAt(8, kPoints, P, time, found);
+    for (int k = 0; k < 3; ++k) {
+      float sum = 0;
+      for (int point = 0; point < kPoints; ++point) sum += extinction[k][point];
+      means[cell][size_t(k)] = sum * (1.f / kPoints);
+    }
     m.majorants[cell] = boundOf(m, m.majorants, cell, 0);
   });
   setTint(m, means);

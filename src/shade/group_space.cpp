@@ -513,22 +513,35 @@ void placesInMedia(const Context* c, float* const Po[3], float* scale) {
 }
 
 void fieldsInMedia(const Context* c, const char* name, uint32_t components, float* const value[3]) {
-  const SpaceMedia& space = *ContextHost::of(c).group->world().space;
-  const SpaceMedium* medium = nullptr;
-  const volume::MediumField* field = nullptr;
+  const ShadingWorld& world = ContextHost::of(c).group->world();
+  const SpaceMedia& space = *world.space;
   const Value Po = c->builtin(Builtin::Po);
-  for (uint32_t i = 0; i < c->padded; ++i) {
-    if (i == 0 || c->place.instance[i] != c->place.instance[i - 1]) {
-      medium = &space.media[space.ofInstance.at(c->place.instance[i])];
-      const auto it = medium->fields.find(std::string_view(name));
-      field = it == medium->fields.end() ? nullptr : &it->second;
+  constexpr uint32_t kMost = 64;
+  alignas(64) float place[3][kMost], found[3][kMost], time[kMost];
+  uint32_t isInside[kMost];
+  float *const P[3] = {place[0], place[1], place[2]}, *const v[3] = {found[0], found[1], found[2]};
+  for (uint32_t first = 0, end = 0; first < c->padded; first = end) {
+    // points of one medium
+    while (end < c->padded && end - first < kMost && c->place.instance[end] == c->place.instance[first]) ++end;
+    const SpaceMedium& medium = space.media[space.ofInstance.at(c->place.instance[first])];
+    const auto it = medium.fields.find(std::string_view(name));
+    if (it == medium.fields.end()) continue;
+    const volume::MediumField& field = it->second;
+    const uint32_t n = end - first;
+    for (uint32_t i = 0; i < padded(n); ++i) {
+      const uint32_t from = first + std::min(i, n - 1);
+      for (int k = 0; k < 3; ++k) place[k][i] = Po.data[k][from];
+      time[i] = c->time[from];
+      isInside[i] = 1;
     }
-    if (!field) continue;
-    float p[3] = {Po.data[0][i], Po.data[1][i], Po.data[2][i]}, v[3] = {};
-    if (!medium->isCarried || medium->carryBack(p, c->time[i])) field->at(p, v);
-    if (field->components() == 1) v[1] = v[2] = v[0];
-    if (components == 1 && field->components() == 3) v[0] = (v[0] + v[1] + v[2]) * (1.f / 3);
-    for (uint32_t k = 0; k < components; ++k) value[k][i] = v[k];
+    if (medium.isCarried) medium.carryBack(world.width, n, P, time, isInside);
+    field.at(world.width, n, P, v);
+    const bool isGrey = field.components() == 1, isMean = components == 1 && !isGrey;
+    for (uint32_t i = 0; i < n; ++i) {
+      const float mean = isMean ? (found[0][i] + found[1][i] + found[2][i]) * (1.f / 3) : 0.f;
+      for (uint32_t k = 0; k < components; ++k)
+        value[k][first + i] = !isInside[i] ? 0.f : isMean ? mean : found[isGrey ? 0 : k][i];
+    }
   }
 }
 

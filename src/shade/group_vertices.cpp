@@ -87,7 +87,7 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
         std::isfinite(places.time[i]))
       which[count++] = i;
   }
-  if (!count) return 0;
+  if (!count || !out) return count;
   const uint32_t m = padded(count);
   const auto f = [&] { return arena_.make<float>(m); };
   const auto take = [&](const auto* from) {

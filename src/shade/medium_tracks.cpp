@@ -26,21 +26,46 @@ uint32_t mixedSeed(uint32_t a, uint32_t b) {
   return x;
 }
 
-bool SpaceMedium::carryBack(float object[3], float time) const {
-  const float since = opens + time * lasts;
-  float v[3] = {0, 0, 0};
-  if (velocity[0] && velocity[0] == velocity[1])
-    velocity[0]->at(object, v);
-  else
-    for (int k = 0; k < 3; ++k)
-      if (velocity[k]) velocity[k]->at(object, v + k);
-  bool isInside = true;
-  for (int k = 0; k < 3; ++k) {
-    const float way = (velocityFactor * v[k] + constantVelocity[k]) * since;
-    object[k] -= std::clamp(way, -farthest[k], farthest[k]);
-    isInside &= object[k] >= low[k] && object[k] <= high[k];
+namespace {
+
+// Points that are worked on at a time, on the stack.
+constexpr uint32_t kChunk = 64;
+struct alignas(64) Chunk {
+  float x[3][kChunk];
+  float* arrays[3] = {x[0], x[1], x[2]};
+  Chunk() = default;
+  Chunk(const Chunk&) = delete;
+  Chunk& operator=(const Chunk&) = delete;
+};
+
+}  // namespace
+
+void SpaceMedium::carryBack(uint32_t width, uint32_t n, float* const object[3], const float* time,
+                            uint32_t* isInside) const {
+  for (uint32_t first = 0; first < n; first += kChunk) {
+    const uint32_t count = std::min(n - first, kChunk), all = padded(count);
+    float* const p[3] = {object[0] + first, object[1] + first, object[2] + first};
+    Chunk v;
+    for (int k = 0; k < 3; ++k) std::fill_n(v.x[k], all, 0.f);
+    if (velocity[0] && velocity[0] == velocity[1]) {
+      velocity[0]->at(width, count, p, v.arrays);
+    } else {
+      for (int k = 0; k < 3; ++k) {
+        float* const one[3] = {v.x[k], nullptr, nullptr};
+        if (velocity[k]) velocity[k]->at(width, count, p, one);
+      }
+    }
+    for (uint32_t i = 0; i < all; ++i) {
+      const float since = opens + time[first + i] * lasts;
+      bool inside = true;
+      for (int k = 0; k < 3; ++k) {
+        const float way = (velocityFactor * v.x[k][i] + constantVelocity[k]) * since;
+        p[k][i] -= std::clamp(way, -farthest[k], farthest[k]);
+        inside &= p[k][i] >= low[k] && p[k][i] <= high[k];
+      }
+      isInside[first + i] = inside;
+    }
   }
-  return isInside;
 }
 
 float SpaceMedium::similarity(uint32_t bounces) const {
@@ -50,24 +75,36 @@ float SpaceMedium::similarity(uint32_t bounces) const {
   return f;
 }
 
-void SpaceMedium::productAt(const float place[3], float time, float extinction[3], uint32_t level) const {
-  float n = 1, c[3] = {1, 1, 1}, object[3] = {place[0], place[1], place[2]};
-  if (isCarried && !carryBack(object, time)) {
-    for (int k = 0; k < 3; ++k) extinction[k] = 0;
-    return;
-  }
-  if (number) {
-    float v[3] = {};
-    number->at(object, v, level);
-    n = number->components() == 3 ? (v[0] + v[1] + v[2]) * (1.f / 3) : v[0];
-  }
-  if (color) {
-    color->at(object, c, level);
-    if (color->components() == 1) c[1] = c[2] = c[0];
-  }
-  for (int k = 0; k < 3; ++k) {
-    const float x = factor[k] * std::max(n, 0.f) * std::max(c[k], 0.f);
-    extinction[k] = x < 1e30f ? x : 0.f;
+void SpaceMedium::productsAt(uint32_t width, uint32_t n, const float* const object[3], const float* time,
+                             float* const extinction[3], uint32_t level) const {
+  for (uint32_t first = 0; first < n; first += kChunk) {
+    const uint32_t count = std::min(n - first, kChunk), all = padded(count);
+    const float* p[3] = {object[0] + first, object[1] + first, object[2] + first};
+    Chunk carried, numbers, colors;
+    uint32_t isInside[kChunk];
+    if (isCarried) {
+      for (int k = 0; k < 3; ++k) {
+        std::copy_n(p[k], all, carried.x[k]);
+        p[k] = carried.x[k];
+      }
+      carryBack(width, count, carried.arrays, time + first, isInside);
+    }
+    std::fill_n(numbers.x[0], all, 1.f);
+    std::fill_n(colors.x[0], all, 1.f);
+    if (number) number->at(width, count, p, numbers.arrays, level);
+    if (color) color->at(width, count, p, colors.arrays, level);
+    if (number && number->components() == 3)
+      for (uint32_t i = 0; i < all; ++i)
+        numbers.x[0][i] = (numbers.x[0][i] + numbers.x[1][i] + numbers.x[2][i]) * (1.f / 3);
+    const bool isGrey = !color || color->components() == 1;
+    for (int k = 0; k < 3; ++k) {
+      const float* const c = colors.x[isGrey ? 0 : k];
+      float* const out = extinction[k] + first;
+      for (uint32_t i = 0; i < all; ++i) {
+        const float x = factor[k] * std::max(numbers.x[0][i], 0.f) * std::max(c[i], 0.f);
+        out[i] = x < 1e30f && !(isCarried && !isInside[i]) ? x : 0.f;
+      }
+    }
   }
 }
 
@@ -244,25 +281,72 @@ MediumLookups::MediumLookups(Arena& arena, uint32_t room, bool wantsEmission) : 
   for (float*& x : extinction) x = arena.make<float>(room);
   for (float*& x : emission) x = wantsEmission ? arena.make<float>(room) : nullptr;
   ask_ = arena.make<Ask>(room);
+  products_ = arena.make<Product>(room);
+  for (float*& x : place_) x = arena.make<float>(room + kPad);
+  time_ = arena.make<float>(room + kPad);
 }
 
 void MediumLookups::add(const SpaceMedia& space, const Track& t, const Around& a) {
   const SpaceMedium& m = space.media[a.medium];
   const uint32_t at = count_++;
-  const bool emits = emits_ && m.mayEmit;
-  if (m.isProduct && !emits) {
-    float p[3], v[3];
-    for (int k = 0; k < 3; ++k) p[k] = a.o[k] + a.d[k] * t.t;
-    m.productAt(p, t.time, v, m.levelAt(t.t, t.radius, t.spread));
-    for (int k = 0; k < 3; ++k) extinction[k][at] = a.scale * v[k];
-    for (float* x : emission)
-      if (x) x[at] = 0;
+  if (m.isProduct && !(emits_ && m.mayEmit)) {
+    const uint32_t i = productCount_++;
+    for (int k = 0; k < 3; ++k) place_[k][i] = a.o[k] + a.d[k] * t.t;
+    time_[i] = t.time;
+    products_[i] = {at, a.medium, m.levelAt(t.t, t.radius, t.spread), a.scale};
   } else {
     ask_[asked_++] = {at, t.entry, a.medium, t.t, a.scale};
   }
 }
 
+// Those of each medium and level together.
+void MediumLookups::lookUpProducts(GroupState& g) {
+  const uint32_t n = productCount_;
+  if (!n) return;
+  // what a kernel reads and writes behind the last place of some is the next ones', or room to spare
+  const uint32_t room = padded(n) + kPad;
+  Arena& arena = g.arena();
+  float *P[3] = {place_[0], place_[1], place_[2]}, *time = time_, *found[3];
+  for (float*& x : found) x = arena.make<float>(room);
+  const auto isBefore = [](const Product& a, const Product& b) {
+    return a.medium != b.medium ? a.medium < b.medium : a.level < b.level;
+  };
+  if (!std::is_sorted(products_, products_ + n, isBefore)) {
+    uint32_t* const order = arena.make<uint32_t>(n);
+    for (uint32_t i = 0; i < n; ++i) order[i] = i;
+    std::stable_sort(order, order + n, [&](uint32_t a, uint32_t b) { return isBefore(products_[a], products_[b]); });
+    Product* const sorted = arena.make<Product>(n);
+    for (float*& x : P) x = arena.make<float>(room);
+    time = arena.make<float>(room);
+    for (uint32_t i = 0; i < n; ++i) {
+      sorted[i] = products_[order[i]];
+      for (int k = 0; k < 3; ++k) P[k][i] = place_[k][order[i]];
+      time[i] = time_[order[i]];
+    }
+    products_ = sorted;
+  }
+  for (uint32_t i = n; i < room; ++i) {
+    for (float* x : P) x[i] = x[n - 1];
+    time[i] = time[n - 1];
+  }
+  for (uint32_t first = 0, end = 0; first < n; first = end) {
+    const Product& like = products_[first];
+    while (end < n && !isBefore(like, products_[end])) ++end;
+    const float* const places[3] = {P[0] + first, P[1] + first, P[2] + first};
+    float* const out[3] = {found[0] + first, found[1] + first, found[2] + first};
+    g.world().space->media[like.medium].productsAt(g.world().width, end - first, places, time + first, out,
+                                                   like.level);
+  }
+  for (uint32_t i = 0; i < n; ++i) {
+    const Product& p = products_[i];
+    for (int k = 0; k < 3; ++k) extinction[k][p.at] = p.scale * found[k][i];
+    for (float* x : emission)
+      if (x) x[p.at] = 0;
+  }
+}
+
 void MediumLookups::run(GroupState& g, const Rays& rays, uint32_t depth) {
+  lookUpProducts(g);
   if (!asked_) return;
   const SpaceMedia& space = *g.world().space;
   RayList& list = *g.makeRays(asked_);

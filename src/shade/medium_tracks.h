@@ -92,7 +92,7 @@ class MediumLookups {
   MediumLookups(Arena& arena, uint32_t room, bool wantsEmission);
   // Of a medium around a track, where that is; answers are numbered in order.
   void add(const SpaceMedia& space, const Track& t, const Around& a);
-  // Runs the networks.
+  // Looks up and runs the networks.
   void run(GroupState& g, const Rays& rays, uint32_t depth);
   float *extinction[3], *emission[3];
 
@@ -101,8 +101,16 @@ class MediumLookups {
     uint32_t at, entry, medium;
     float t, scale;
   };
+  struct Product {
+    uint32_t at, medium, level;
+    float scale;
+  };
+  void lookUpProducts(GroupState& g);
+
   Ask* ask_;
-  uint32_t count_ = 0, asked_ = 0;
+  Product* products_;
+  float *place_[3], *time_;  // of products: object space
+  uint32_t count_ = 0, asked_ = 0, productCount_ = 0;
   bool emits_;
 };
 

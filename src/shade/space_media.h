@@ -54,8 +54,10 @@ struct SpaceMedium {
 
   // The same everywhere in it, and all there is to know.
   bool isEven() const { return isProduct && !number && !color && !mayEmit; }
-  // Of a product, at a point of object space and a time of the shutter, 0 to 1.
-  void productAt(const float object[3], float time, float extinction[3], uint32_t level = 0) const;
+  // Of a product, at n points of object space and times of the shutter, 0 to 1, by kernels of that width. Arrays have
+  // padded(n) elements; what comes out is the same bit for bit for any n and width.
+  void productsAt(uint32_t width, uint32_t n, const float* const object[3], const float* time,
+                  float* const extinction[3], uint32_t level = 0) const;
   // The distance along a ray from which on it sees the next level but `level`; infinity: there is none.
   float coarserFrom(uint32_t level, float radius, float spread) const {
     if (level >= levels.size()) return INFINITY;
@@ -68,8 +70,8 @@ struct SpaceMedium {
     return level;
   }
   const volume::Majorants& boundsOf(uint32_t level) const { return level ? levels[level - 1].majorants : majorants; }
-  // Where that was when the fields were made. False: beyond them.
-  bool carryBack(float object[3], float time) const;
+  // Where points of object space were when the fields were made. isInside 0: beyond them. Arrays as above.
+  void carryBack(uint32_t width, uint32_t n, float* const object[3], const float* time, uint32_t* isInside) const;
   // Factor on its extinction for light that was scattered so often before.
   float similarity(uint32_t bounces) const;
 };

@@ -40,25 +40,31 @@ MediumField::MediumField(const VolumeFunctions& functions, const VolumeTraits& t
                          std::shared_ptr<const void> data)
     : plugin_{&functions, &traits, field, traits.fields[field].components == 3 ? 3 : 1, std::move(data)} {}
 
-void MediumField::at(const float object[3], float* out, uint32_t level) const {
+void MediumField::at(uint32_t width, uint32_t n, const float* const object[3], float* const out[3],
+                     uint32_t level) const {
   if (plugin_.functions) {
-    alignas(64) float P[3][kPad], time[kPad] = {}, value[3][kPad];
-    for (int k = 0; k < 3; ++k) std::fill_n(P[k], kPad, object[k]);
-    const VolumeArgs args{1, {P[0], P[1], P[2]}, time, plugin_.field, {value[0], value[1], value[2]}};
-    plugin_.functions->evaluate(plugin_.data.get(), &args);
-    for (int k = 0; k < plugin_.components; ++k) out[k] = value[k][0];
+    constexpr uint32_t kMost = 256;  // places that plug-ins are asked for at a time
+    alignas(64) static constexpr float kNoTime[kMost] = {};
+    for (uint32_t i = 0; i < n; i += kMost) {
+      VolumeArgs args{
+          std::min(n - i, kMost), {object[0] + i, object[1] + i, object[2] + i}, kNoTime, plugin_.field, {}};
+      for (int k = 0; k < plugin_.components; ++k) args.value[k] = out[k] + i;
+      plugin_.functions->evaluate(plugin_.data.get(), &args);
+    }
     return;
   }
-  const VoxelGrid& grid = grid_->level(level);
-  double index[3];
-  grid.toIndex(object, index);
-  if (component_ < 0) {
-    grid.lookUp(index, how_, out);
-    return;
-  }
-  float v[3] = {};
-  grid.lookUp(index, how_, v);
-  *out = v[component_];
+  float* const one[3] = {component_ == 0 ? out[0] : nullptr, component_ == 1 ? out[0] : nullptr,
+                         component_ == 2 ? out[0] : nullptr};
+  grid_->level(level).lookUp(width, n, object, how_.wrap[0], component_ < 0 ? out : one);
+}
+
+void MediumField::at(const float object[3], float* out, uint32_t level) const {
+  alignas(64) float P[3][kPad], value[3][kPad];
+  for (int k = 0; k < 3; ++k) std::fill_n(P[k], kPad, object[k]);
+  const float* const places[3] = {P[0], P[1], P[2]};
+  float* const values[3] = {value[0], value[1], value[2]};
+  at(1, 1, places, values, level);
+  for (int k = 0; k < components(); ++k) out[k] = value[k][0];
 }
 
 void MediumField::extremes(const float low[3], const float high[3], uint32_t level, float least[3],

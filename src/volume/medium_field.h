@@ -29,6 +29,8 @@ class MediumField {
   uint32_t levels() const { return grid_ ? grid_->levels() : 1; }
   // components() numbers. level: the coarsest there is from levels() on.
   void at(const float object[3], float* out, uint32_t level = 0) const;
+  // The same at n places by kernels of that width, bit for bit; arrays have padded(n) elements.
+  void at(uint32_t width, uint32_t n, const float* const object[3], float* const out[3], uint32_t level = 0) const;
   // Within a box of object space: the largest that at() gives of any component.
   float most(const float low[3], const float high[3], uint32_t level = 0) const;
   // There, the largest absolute value of one component.
@@ -50,7 +52,7 @@ class MediumField {
   std::shared_ptr<VoxelGrid> own_;
   const VoxelGrid* grid_ = nullptr;
   int component_ = -1;
-  VoxelLookup how_;
+  VoxelLookup how_;  // one wrap for all axes
 };
 
 }  // namespace kinora::volume

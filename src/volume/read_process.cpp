@@ -169,6 +169,7 @@ std::unique_ptr<VoxelGrid> readGrid(const ReaderProgram& program, const std::str
     return nullptr;
   }
   out.close();
+  const VoxelStore::Filling filling(store);
   const auto wait = std::chrono::duration<double>(std::min(2 * seconds, 1e6));
   PipeReader pipe(in.number, Clock::now() + std::chrono::duration_cast<Clock::duration>(wait));
   auto grid =

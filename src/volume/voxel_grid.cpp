@@ -70,8 +70,35 @@ VoxelGrid::VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store, 
       store_(store ? std::move(store) : std::make_shared<VoxelStore>(0)),
       level_(level) {
   for (int k = 0; k < 3; ++k) offset_[k] = shape.first[k] - shape.firstBrick(k) * GridShape::kSide;
+  setFrame();
   memory_.add(shape.brickCount() * sizeof(float*));
   table_.resize(shape.brickCount());
+}
+
+void VoxelGrid::setFrame() {
+  const double* m = shape_.worldToIndex;
+  const auto minor = [&](int row, int column) {
+    const int r[2] = {(row + 1) % 3, (row + 2) % 3}, c[2] = {(column + 1) % 3, (column + 2) % 3};
+    return m[4 * r[0] + c[0]] * m[4 * r[1] + c[1]] - m[4 * r[0] + c[1]] * m[4 * r[1] + c[0]];
+  };
+  const double determinant = m[0] * minor(0, 0) + m[1] * minor(0, 1) + m[2] * minor(0, 2);
+  double fromMiddle[3];  // of index space
+  for (int k = 0; k < 3; ++k) fromMiddle[k] = shape_.first[k] + 0.5 * (shape_.size[k] - 1) - m[12 + k];
+  for (int row = 0; row < 3; ++row) {
+    double x = 0;
+    for (int k = 0; k < 3; ++k) x += fromMiddle[k] * minor(row, k) / determinant;
+    // boxes that are flat have none, and need none
+    frame_.middle[row] = std::fabs(x) < 1e15 ? float(x) : 0.f;
+  }
+  double first[3];
+  toIndex(frame_.middle, first);
+  for (int k = 0; k < 3; ++k) {
+    frame_.first[k] = float(first[k] - shape_.first[k]);
+    for (int row = 0; row < 3; ++row) frame_.toVoxels[k][row] = float(m[4 * row + k]);
+    frame_.size[k] = shape_.size[k];
+    frame_.offset[k] = offset_[k];
+  }
+  for (int k = 0; k < 2; ++k) frame_.stride[k] = int32_t(stride_[k]);
 }
 
 float* VoxelGrid::addBrick(uint64_t number) {
@@ -266,6 +293,19 @@ void VoxelGrid::lookUp(const double index[3], const VoxelLookup& how, float* out
     ++taps;
   }
   for (int c = 0; c < shape_.channels; ++c) out[c] = sum[c] / float(taps);
+}
+
+void VoxelGrid::lookUp(uint32_t width, uint32_t n, const float* const world[3], VoxelWrap wrap,
+                       float* const out[3]) const {
+  const GridLookupArgs args{
+      &frame_,
+      table_.data(),
+      store_.get(),
+      wrap == VoxelWrap::Clamp,
+      n,
+      {world[0], world[1], world[2]},
+      {out[0], shape_.channels == 3 ? out[1] : nullptr, shape_.channels == 3 ? out[2] : nullptr}};
+  gridLookupKernel(width, shape_.channels)(args);
 }
 
 void VoxelGrid::extremes(const double low[3], const double high[3], const VoxelLookup& how, float* least,

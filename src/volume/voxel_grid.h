@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/memory.h"
-#include "volume/voxel_store.h"
+#include "volume/grid_lookups.h"
 
 namespace kinora::volume {
 
@@ -67,18 +67,23 @@ class VoxelGrid {
   void stepToIndex(const float world[3], double index[3]) const;
   // channels numbers.
   void lookUp(const double index[3], const VoxelLookup& how, float* out) const;
+  // The same at n places of world space by kernels of that width, without footprints and with one wrap for all axes:
+  // Clamp or else Black. Arrays have padded(n) elements; out: by channel, null: not wanted. Bits are those of any width.
+  void lookUp(uint32_t width, uint32_t n, const float* const world[3], VoxelWrap wrap, float* const out[3]) const;
   // The least and the largest number that lookups between two corners of index space may give, by channel (size[] of
   // `how` aside). Low corners are not above high ones.
   void extremes(const double low[3], const double high[3], const VoxelLookup& how, float* least, float* most) const;
 
  private:
   VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store, uint32_t level);
+  void setFrame();
   void coarsenLayer(int32_t z);
   bool averageBricks(const int32_t at[3], float* out) const;
   const float* voxel(const int32_t at[3]) const;
   void sample(const double place[3], const VoxelLookup& how, float* out) const;
 
   GridShape shape_;
+  GridFrame frame_{};
   int32_t offset_[3];   // of the box's first voxel in its brick
   uint64_t stride_[2];  // of the table
   std::vector<const float*> table_;

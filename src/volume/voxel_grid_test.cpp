@@ -9,6 +9,10 @@
 #include <cmath>
 #include <limits>
 
+#include <kinora/plugin.h>
+
+#include "simd/dispatch.h"
+
 namespace kinora::volume {
 namespace {
 
@@ -178,6 +182,93 @@ std::unique_ptr<VoxelGrid> unevenGrid(int channels, bool atOnce) {
   }
   grid->coarsen(shape.brickCount());
   return grid;
+}
+
+// Places of world space, in and around the box of a grid whose voxels are half a unit apart.
+struct Places {
+  explicit Places(const GridShape& shape) {
+    uint32_t random = 7;
+    for (auto& axis : at) axis.resize(padded(kCount));
+    for (size_t i = 0; i < padded(kCount); ++i)
+      for (size_t k = 0; k < 3; ++k) {
+        random = random * 1664525u + 1013904223u;
+        // some of them at the centres of voxels
+        const double x = double(random >> 8) * 0x1p-24 * (shape.size[k] + 5) - 3, voxel = i % 7 ? x : std::floor(x);
+        at[k][i] = float((shape.first[k] + voxel - shape.worldToIndex[12 + k]) / shape.worldToIndex[5 * k]);
+      }
+    const float strange[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 3e9f, -3e9f};
+    for (size_t i = 0; i < std::size(strange); ++i) at[i % 3][5 * i] = strange[i];
+  }
+  static constexpr uint32_t kCount = 1003;
+  std::vector<float> at[3];
+};
+
+TEST(VoxelGrid, KernelsOfAllWidthsLookUpWhatOneLookupDoes) {
+  std::vector<uint32_t> widths{1, 4, 8};
+  if (cpuHasAvx512()) widths.push_back(16);
+  for (const int channels : {1, 3})
+    for (const VoxelWrap wrap : {VoxelWrap::Black, VoxelWrap::Clamp}) {
+      const auto grid = unevenGrid(channels, true);
+      for (uint32_t level = 0; level < 2; ++level) {
+        const VoxelGrid& g = grid->level(level);
+        const Places places(g.shape());
+        const float* const P[3] = {places.at[0].data(), places.at[1].data(), places.at[2].data()};
+        std::vector<float> first[3];
+        for (const uint32_t width : widths) {
+          std::vector<float> found[3];
+          for (auto& x : found) x.assign(padded(Places::kCount), -7.f);
+          float* const out[3] = {found[0].data(), found[1].data(), found[2].data()};
+          g.lookUp(width, Places::kCount, P, wrap, out);
+          for (int c = 0; c < channels; ++c) {
+            found[c].resize(Places::kCount);
+            if (width == 1) first[c] = found[c];
+            for (uint32_t i = 0; i < Places::kCount; ++i)
+              ASSERT_EQ(found[c][i], first[c][i]) << "width " << width << ", place " << i;
+          }
+        }
+        VoxelLookup how;
+        for (VoxelWrap& w : how.wrap) w = wrap;
+        for (uint32_t i = 0; i < Places::kCount; ++i) {
+          const float place[3] = {P[0][i], P[1][i], P[2][i]};
+          double index[3];
+          float v[3] = {};
+          g.toIndex(place, index);
+          g.lookUp(index, how, v);
+          // what lies beyond the reach of voxels is nowhere for one, and clamped by the other
+          const bool isFar = !(std::fabs(index[0]) + std::fabs(index[1]) + std::fabs(index[2]) < 1e14);
+          for (int c = 0; c < channels && !isFar; ++c) ASSERT_NEAR(first[c][i], v[c], 1e-4) << i;
+          for (int c = 0; c < channels; ++c) ASSERT_TRUE(std::isfinite(first[c][i])) << i;
+        }
+        // channels that are not wanted
+        std::vector<float> last(padded(Places::kCount));
+        float* const one[3] = {nullptr, nullptr, last.data()};
+        g.lookUp(8, Places::kCount, P, wrap, one);
+        for (uint32_t i = 0; channels == 3 && i < Places::kCount; ++i) ASSERT_EQ(last[i], first[2][i]);
+      }
+    }
+}
+
+// A grid as far from the origin as its space's numbers can still tell its voxels apart.
+TEST(VoxelGrid, KernelsLookUpFarFromTheOriginAsPreciselyAsPlacesAre) {
+  GridShape shape;
+  for (int k = 0; k < 3; ++k) {
+    shape.size[k] = 8;
+    shape.worldToIndex[5 * k] = 3;
+    shape.worldToIndex[12 + k] = -3e5;  // the box begins at 100,000
+  }
+  shape.worldToIndex[15] = 1;
+  VoxelGrid grid(shape);
+  float* const brick = grid.addBrick(0);
+  for (int i = 0; i < GridShape::kVoxels; ++i) brick[i] = float(i % 8);
+  alignas(64) float at[3][kPad] = {}, out[kPad];
+  for (uint32_t i = 0; i < kPad; ++i) {
+    at[0][i] = 1e5f + float(i) * 0.125f;
+    at[1][i] = at[2][i] = 1e5f + 1;
+  }
+  const float* const P[3] = {at[0], at[1], at[2]};
+  float* const to[3] = {out, nullptr, nullptr};
+  grid.lookUp(8, kPad, P, VoxelWrap::Black, to);
+  for (uint32_t i = 0; i < kPad; ++i) EXPECT_NEAR(out[i], float(i) * 0.375f, 1e-5f) << i;
 }
 
 TEST(VoxelGrid, CoarserLevelsAreMeans) {

@@ -136,7 +136,7 @@ void VoxelStore::comeIn(size_t chunk) {
     for (uint64_t most = mostInside_.load(std::memory_order_relaxed);
          now > most && !mostInside_.compare_exchange_weak(most, now, std::memory_order_relaxed);) {
     }
-    if (now <= mostChunks_) return;
+    if (now <= mostInside()) return;
     letGo();
   }
 }
@@ -146,9 +146,10 @@ void VoxelStore::comeIn(size_t chunk) {
 // again; they are the same.
 void VoxelStore::letGo() {
   const std::lock_guard lock(letting_);
-  if (inside_.load(std::memory_order_relaxed) <= mostChunks_) return;
+  const uint64_t most = mostInside();
+  if (inside_.load(std::memory_order_relaxed) <= most) return;
   const size_t count = (length_ + kChunk - 1) / kChunk;
-  const uint64_t goal = mostChunks_ - mostChunks_ / 8;
+  const uint64_t goal = most - most / 8;
   for (size_t seen = 0; seen < 3 * count && inside_.load(std::memory_order_relaxed) > goal; ++seen) {
     hand_ = hand_ + 1 < count ? hand_ + 1 : 0;
     std::atomic<uint8_t>& state = chunks_[hand_];

@@ -3,11 +3,13 @@
 // Bricks are written once and keep their addresses, so that a lookup reads them as if all were in memory: what the bound
 // decides is time alone.
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/memory.h"
@@ -34,6 +36,22 @@ class VoxelStore {
   };
   Mark mark() const { return {slabs_.size(), slabBytes_, used_, fineBytes_}; }
   void release(const Mark& mark);
+  // While a process reads a file, which takes memory of its own, no more of what comes and goes is in memory than kLeast:
+  // bricks are written one behind another then. Between calls of add().
+  class Filling {
+   public:
+    explicit Filling(std::shared_ptr<VoxelStore> store) : store_(std::move(store)) {
+      if (store_) store_->isFilling_ = true;
+    }
+    ~Filling() {
+      if (store_) store_->isFilling_ = false;
+    }
+    Filling(const Filling&) = delete;
+    Filling& operator=(const Filling&) = delete;
+
+   private:
+    const std::shared_ptr<VoxelStore> store_;
+  };
   // Before a number that add() gave is read or written: what lies in the file and was let go counts as being in memory
   // again. Thread-safe.
   void use(const float* at) {
@@ -66,6 +84,9 @@ class VoxelStore {
   bool growFile();
   void comeIn(size_t chunk);
   void letGo();
+  uint64_t mostInside() const {
+    return isFilling_.load(std::memory_order_relaxed) ? std::min(kLeast / kChunk, mostChunks_) : mostChunks_;
+  }
 
   const uint64_t most_;
   const std::string folder_;
@@ -82,6 +103,7 @@ class VoxelStore {
   Room coarse_[2];  // what is left of chunks of the file for levels 1, and for coarser ones
   std::unique_ptr<std::atomic<uint8_t>[]> chunks_;
   uint64_t mostChunks_ = 0;  // in memory
+  std::atomic<bool> isFilling_{false};
   std::atomic<uint64_t> inside_{0}, cameIn_{0}, wentOut_{0}, mostInside_{0};
   std::mutex letting_;
   size_t hand_ = 0;

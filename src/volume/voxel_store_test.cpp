@@ -92,6 +92,17 @@ TEST(VoxelStore, TheSameNumbersWithinABound) {
   EXPECT_EQ(c.cameIn - c.wentOut <= kBound / VoxelStore::kChunk, true);
 }
 
+TEST(VoxelStore, KeepsLittleOfItsFileWhileItIsFilled) {
+  const auto store = std::make_shared<VoxelStore>(uint64_t(512) << 20);
+  {
+    const VoxelStore::Filling filling(store);
+    largeGrid(store);
+  }
+  const VoxelStore::Counts c = store->counts();
+  EXPECT_GT(c.fileBytes, uint64_t(128) << 20);
+  EXPECT_LE(c.mostBytes, c.memoryBytes + VoxelStore::kLeast + VoxelStore::kChunk);
+}
+
 TEST(VoxelStore, WithoutABoundAllIsInMemory) {
   VoxelStore store(0);
   for (int i = 0; i < 100; ++i) store.add(1 << 16)[0] = 1;

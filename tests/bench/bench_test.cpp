@@ -32,7 +32,7 @@ TEST(Bench, ListSaysWhatEachFamilyMeasures) {
   const Result r = run("list");
   EXPECT_EQ(r.code, 0) << r.out;
   for (const char* word : {"core", "trace_vs_embree", "surface_width_gain", "threads_2", "texture_vs_oiio",
-                           "bytes_per_triangle", "lane_use_first_hit", "match_orders"})
+                           "bytes_per_triangle", "lane_use_first_hit", "lookups_vs_openvdb", "match_orders"})
     EXPECT_NE(r.out.find(word), std::string::npos) << word;
 }
 
@@ -171,6 +171,27 @@ TEST(Bench, EditsWriteFlatJsonWithEveryKey) {
       EXPECT_GT(j[name].get<double>(), 0) << name;
     }
   EXPECT_GT(j["edit_load_ms"].get<double>(), 0);
+}
+
+TEST(Bench, MediaWriteFlatJsonWithEveryKey) {
+  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
+  ASSERT_TRUE(mkdtemp(folder.data()));
+  const Result r = run("media --quick --repeat 2 --json " + folder + "/media.json");
+  EXPECT_EQ(r.code, 0) << r.out;
+  std::ifstream file(folder + "/media.json");
+  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(j.is_object()) << r.out;
+  for (const char* name : {"fog_vs_clear", "lookups_vs_openvdb_along_rays", "lookups_vs_openvdb_anywhere",
+                           "ns_cloud_collision_8", "ns_cloud_collision_256", "cloud_growth_256", "cloud_lane_use",
+                           "walks_vs_diffuse_0.1", "walks_vs_diffuse_1", "profile_vs_diffuse_0.3"}) {
+    ASSERT_TRUE(j.contains(name)) << name;
+    EXPECT_GT(j[name].get<double>(), 0) << name;
+  }
+  // a lookup that is not OpenVDB's is found
+  const Result spoiled = run("media --quick --repeat 1 --only lookups --spoil");
+  EXPECT_EQ(spoiled.code, 1) << spoiled.out;
+  EXPECT_NE(spoiled.out.find("BENCH-VALUES: lookups differ"), std::string::npos) << spoiled.out;
 }
 
 TEST(Bench, FramesOfShadersAreThoseOfPlugIns) {

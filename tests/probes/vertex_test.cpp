@@ -321,6 +321,9 @@ void places(Group* g, const Services* s) {
                            c->time,         c->radius,         inside.data(),    c->sampleSeed, c->sampleIndex};
     std::vector<VertexRecord> records(n);
     const uint32_t made = s->makeVertices(g, n, &at, records.data(), which.data());
+    std::vector<uint32_t> alone(n);  // which those are, without records
+    wrong += s->makeVertices(g, n, &at, nullptr, alone.data()) != made ||
+             !std::equal(alone.begin(), alone.begin() + made, which.begin());
     Context* const* contexts;
     const uint32_t contextCount = s->shadeVertices(g, made, records.data(), &contexts);
     for (uint32_t k = 0; k < contextCount; ++k) {

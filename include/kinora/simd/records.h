@@ -48,6 +48,36 @@ KN_INLINE void loadFours(const float* const from[W], Float<W> out[4]) {
   }
 }
 
+// The same of two words.
+template <int W>
+KN_INLINE void loadPairs(const float* const from[W], Float<W> out[2]) {
+  if constexpr (W == 1) {
+    for (size_t k = 0; k < 2; ++k) out[k] = Float<W>(from[0][k]);
+  } else {
+    const hn::FixedTag<float, 4> d4;
+    const typename Float<W>::D d;
+    const auto pair = [&](int lane) HWY_ATTR { return hn::LoadU(hn::FixedTag<float, 2>(), from[lane]); };
+    // In each block of 128 bits lanes j and j + 1 of its four.
+    const auto row = [&](int j) HWY_ATTR {
+      const auto block = [&](int lane) HWY_ATTR { return hn::Combine(d4, pair(lane + 1), pair(lane)); };
+      if constexpr (W == 4) {
+        return block(j);
+      } else {
+        const hn::FixedTag<float, 8> d8;
+        const auto two = [&](int lane) HWY_ATTR { return hn::Combine(d8, block(lane + 4), block(lane)); };
+        if constexpr (W == 8)
+          return two(j);
+        else
+          return hn::Combine(d, two(j + 8), two(j));
+      }
+    };
+    const auto r0 = row(0), r1 = row(2);
+    const auto even = hn::InterleaveLower(d, r0, r1), odd = hn::InterleaveUpper(d, r0, r1);
+    out[0] = Float<W>(hn::InterleaveLower(d, even, odd));
+    out[1] = Float<W>(hn::InterleaveUpper(d, even, odd));
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();
