@@ -48,6 +48,19 @@ double signedVolume(const geometry::Mesh& mesh) {
   return six;
 }
 
+// Whether a mesh is its bound, closed and nothing else: all points are corners of it, and they enclose as much.
+bool isBox(const geometry::Mesh& mesh) {
+  if (mesh.keyCount() > 1 || mesh.triangleCount() != 12) return false;
+  const Imath::V3d size = mesh.bounds.max - mesh.bounds.min;
+  for (const Imath::V3f& p : mesh.points)
+    for (int k = 0; k < 3; ++k) {
+      const double at = double(p[k]) + mesh.origin[k] - mesh.bounds.min[k];
+      if (std::min(std::fabs(at), std::fabs(at - size[k])) > 1e-6 * size[k]) return false;
+    }
+  const double volume = size.x * size.y * size.z;
+  return volume > 0 && std::fabs(std::fabs(signedVolume(mesh)) / 6 - volume) < 1e-5 * volume;
+}
+
 // "vel.x" -> "vel", 0.
 std::pair<std::string, int> partOfGrid(const std::string& name) {
   const size_t n = name.size();
@@ -476,10 +489,10 @@ void raiseBounds(shade::SpaceMedium& m, const volume::Majorants& grid, const std
                typical = sum > 0 ? squares / sum : 1;
   constexpr double kMeetings = 8, kMostMeetings = 32;
   for (size_t cell = 0; cell < m.majorants.count(); ++cell) {
-    float from[3], to[3], none[3] = {0, 0, 0}, end = 0;
+    float from[3], to[3];
     m.majorants.boundsOf(cell, from, to);
     for (int k = 0; k < 3; ++k) from[k] = 0.5f * (from[k] + to[k]);
-    const float here = m.majorants.count() > 1 ? emitted[grid.cellAt(from, none, 0, end)] : brightest;
+    const float here = m.majorants.count() > 1 ? emitted[grid.cellAt(from)] : brightest;
     const double meetings = std::min(kMeetings * double(here) / typical, kMostMeetings);
     m.majorants[cell] = std::max(m.majorants[cell], float(meetings / size + 1 / longest));
   }
@@ -572,6 +585,8 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<trace::ShapeInput> shapes;
   std::vector<trace::PartInput> parts;
   std::vector<trace::PlacementInput> placements;
+  std::vector<std::shared_ptr<geometry::Mesh>> boundaryOf;  // by medium
+  std::vector<uint32_t> placementOf;
   std::vector<bool> needsShading;
   std::vector<float> filterWidths;
   Aggregates aggregates(tools.aggregates, interiorsOf(*world.materials));
@@ -647,30 +662,42 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     needsShading.push_back(!m.isProduct);
     media->ofInstance.emplace(m.instance, index);
 
-    trace::PartInput part;
-    part.key = index + 1;
-    part.instanced = true;  // the mesh stays where it is: others have it too
-    part.shapes = {index};
-    parts.push_back(part);
-    trace::ShapeInput input;
-    input.key = index + 1;
-    input.mesh = std::move(boundary);
-    shapes.push_back(std::move(input));
-    trace::PlacementInput place;
-    place.part = index;
-    place.toRender = flat->toRender(k);
-    placements.push_back(std::move(place));
+    boundaryOf.push_back(std::move(boundary));
+    placementOf.push_back(k);
+    if (world.world->instance(m.instance).keyCount < 2 && isBox(mesh)) media->boxes.push_back(index);
   }
   aggregates.tell(tools.diagnostics);
   if (media->media.empty()) return nullptr;
+  // many boxes are found faster by a hierarchy
+  if (media->boxes.size() > shade::SpaceMedia::kMostBoxes) media->boxes.clear();
+  for (uint32_t index = 0; index < media->media.size(); ++index) {
+    if (std::find(media->boxes.begin(), media->boxes.end(), index) != media->boxes.end()) continue;
+    media->ofBoundary.push_back(index);
+    trace::PartInput part;
+    part.key = index + 1;
+    part.instanced = true;  // the mesh stays where it is: others have it too
+    part.shapes = {uint32_t(shapes.size())};
+    trace::PlacementInput place;
+    place.part = uint32_t(parts.size());
+    place.toRender = flat->toRender(placementOf[index]);
+    placements.push_back(std::move(place));
+    parts.push_back(part);
+    trace::ShapeInput input;
+    input.key = index + 1;
+    input.mesh = std::move(boundaryOf[index]);
+    shapes.push_back(std::move(input));
+  }
   trace::BuildOptions options;
   options.shutterOpen = tools.camera.shutterOpen;
   options.shutterClose = tools.camera.shutterClose;
   options.watertight = true;
   trace::BuildCounters counters;
-  media->boundaries =
-      trace::World::build(std::move(shapes), std::move(parts), std::move(placements), options, nullptr, counters);
+  if (!parts.empty())
+    media->boundaries =
+        trace::World::build(std::move(shapes), std::move(parts), std::move(placements), options, nullptr, counters);
 
+  media->areEven =
+      std::all_of(media->media.begin(), media->media.end(), [](const shade::SpaceMedium& m) { return m.isEven(); });
   made_ = media;
   use(world);
   for (uint32_t i = 0; i < media->media.size(); ++i) {

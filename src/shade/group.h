@@ -336,6 +336,8 @@ class GroupState {
   void setProgram(Context* c, const Program& program, bool bind);
   // group_space.cpp; worlds with media that fill space only.
   void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
+  void crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
+  void crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
   static void setPathOf(const RayList& list, Track& t);
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
   const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
@@ -345,6 +347,8 @@ class GroupState {
   void scatterInSpace(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       float* const transmittance[3]);
   void writeWays(RayList& list, uint32_t n, const uint32_t* entries);
+  void thinOutEvenly(const float* ends, const uint32_t* bounces, uint32_t n, const uint32_t* entries,
+                     float* const transmittance[3]);
   void thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
                const uint32_t* bounces, uint32_t depth, uint32_t n, const uint32_t* entries,
                float* const transmittance[3]);

@@ -11,6 +11,7 @@
 
 #include "shade/beer_lambert.h"
 #include "shade/context_host.h"
+#include "shade/medium_boxes.h"
 #include "shade/medium_light.h"
 #include "shade/medium_tracks.h"
 
@@ -47,6 +48,44 @@ uint32_t advanceAll(MediumTracks& tracks, uint32_t m, uint32_t* open, uint64_t& 
 // the rays hit: who is inside a medium where he begins sees that by the way out.
 void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
   crossings_.clear();
+  crossBoxes(rays, n, entries, visibility);
+  if (world_.space->boundaries) crossBoundaries(rays, n, entries, visibility);
+  const auto isBefore = [](const MediumCrossing& a, const MediumCrossing& b) {
+    return a.ray != b.ray ? a.ray < b.ray : a.t < b.t;
+  };
+  if (!std::is_sorted(crossings_.begin(), crossings_.end(), isBefore))
+    std::stable_sort(crossings_.begin(), crossings_.end(), isBefore);
+}
+
+void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
+  const SpaceMedia& space = *world_.space;
+  const ArenaScope memory(arena_);
+  const float *from[SpaceMedia::kMostBoxes], *to[SpaceMedia::kMostBoxes];
+  uint32_t medium[SpaceMedia::kMostBoxes], count = 0;
+  for (const uint32_t at : space.boxes) {
+    const SpaceMedium& m = space.media[at];
+    if (!(m.visibility & visibility)) continue;
+    float *begin = arena_.make<float>(padded(n)), *end = arena_.make<float>(padded(n));
+    BoxCrossingArgs args{rays.o, rays.d, n, entries, toObject(m.instance, m.geometry, 0), {}, {}, begin, end};
+    for (int k = 0; k < 3; ++k) {
+      args.low[k] = m.low[k] - m.farthest[k];
+      args.high[k] = m.high[k] + m.farthest[k];
+    }
+    boxCrossingKernel(world_.width)(args);
+    medium[count] = at;
+    from[count] = begin;
+    to[count++] = end;
+  }
+  for (uint32_t i = 0; i < n; ++i)
+    for (uint32_t k = 0; k < count; ++k) {
+      const float begin = from[k][i], end = to[k][i];
+      if (!(begin < end && end > 0)) continue;
+      if (begin > 0) crossings_.push_back({i, begin, medium[k], true});
+      crossings_.push_back({i, end, medium[k], false});
+    }
+}
+
+void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
   const SpaceMedia& space = *world_.space;
   const trace::World& boundaries = *space.boundaries;
   RayList& list = *makeRays(n);
@@ -64,23 +103,27 @@ void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* ent
     open[i] = i;
     passed[i] = 0;
   }
-  uint32_t m = n;
+  uint32_t m = n, last = ~0u;
+  trace::Affine toLast;  // of the instance that was met last, where it stands still
   for (int walk = 0; m && walk < kMostWalks; ++walk) {
     boundaries.collectClear(list.rays, m, open, collected_, beyond);
     if (const uint32_t found = uint32_t(collected_.size())) {
       const RayList& hits = *makeRays(found);
       boundaries.resolve(list.rays, found, collected_.data(), hits.hits);
       for (uint32_t k = 0; k < found; ++k) {
-        const uint32_t ray = collected_[k].slot, at = boundaries.instance(hits.hits.instance[k]).user;
+        const uint32_t ray = collected_[k].slot, instance = hits.hits.instance[k],
+                       at = space.ofBoundary[boundaries.instance(instance).user];
         const SpaceMedium& medium = space.media[at];
         list.hits.t[ray] = collected_[k].t;
         if (!(medium.visibility & visibility)) continue;
-        const trace::Affine toObject =
-            boundaries.objectToRender(hits.hits.instance[k], list.rays.time[ray]).inverse();
+        if (instance != last) {
+          toLast = boundaries.objectToRender(instance, list.rays.time[ray]).inverse();
+          last = boundaries.instance(instance).keyCount < 2 ? instance : ~0u;
+        }
         float out = 0;
         for (int r = 0; r < 3; ++r) {
           float d = 0;
-          for (int c = 0; c < 3; ++c) d += toObject.m[r][c] * list.rays.d[c][ray];
+          for (int c = 0; c < 3; ++c) d += toLast.m[r][c] * list.rays.d[c][ray];
           out += d * hits.hits.ng[r][k];
         }
         crossings_.push_back({ray, passed[ray] + collected_[k].t, at, out * medium.side < 0});
@@ -93,11 +136,6 @@ void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* ent
     m = going;
   }
   counters.endlessRays += m;
-  const auto isBefore = [](const MediumCrossing& a, const MediumCrossing& b) {
-    return a.ray != b.ray ? a.ray < b.ray : a.t < b.t;
-  };
-  if (!std::is_sorted(crossings_.begin(), crossings_.end(), isBefore))
-    std::stable_sort(crossings_.begin(), crossings_.end(), isBefore);
 }
 
 trace::Affine GroupState::toObject(uint32_t instance, uint32_t geometry, float time) const {
@@ -372,12 +410,68 @@ void GroupState::noteExcess(uint32_t medium, float bound, float* const extinctio
   counters.excessMedium = medium;
 }
 
+namespace {
+
+// Of the crossings of a ray from `first` to `last`, those of the medium that the first is of: the length of the ray
+// inside up to `end`. As tracks have it: who leaves first was inside, and nobody enters who does not leave.
+float lengthInside(const MediumCrossing* first, const MediumCrossing* last, float end) {
+  const uint32_t medium = first->medium;
+  bool isInside = !first->enters;
+  float since = 0, length = 0;
+  for (const MediumCrossing* c = first; c != last && since < end; ++c) {
+    if (c->medium != medium) continue;
+    if (!c->enters) {
+      if (isInside) length += std::max(std::min(c->t, end) - since, 0.f);
+      isInside = false;
+    } else if (!isInside) {
+      isInside = std::any_of(c, last, [&](const MediumCrossing& x) { return x.medium == medium && !x.enters; });
+      since = c->t;
+    }
+  }
+  return length;
+}
+
+}  // namespace
+
+// thinOut() of the crossings that were found, where all media are even: their lengths are all there is to know.
+void GroupState::thinOutEvenly(const float* ends, const uint32_t* bounces, uint32_t n, const uint32_t* entries,
+                               float* const transmittance[3]) {
+  const ArenaScope memory(arena_);
+  float* depth[3];
+  for (float*& x : depth) x = arena_.make<float>(padded(n));
+  uint32_t *entry = arena_.make<uint32_t>(n), count = 0;
+  const MediumCrossing *c = crossings_.data(), *const end = c + crossings_.size();
+  while (c != end) {
+    const uint32_t ray = c->ray, s = entries[ray];
+    const MediumCrossing* last = c;
+    while (last != end && last->ray == ray) ++last;
+    float sum[3] = {0, 0, 0};
+    for (const MediumCrossing* k = c; k != last; ++k) {
+      if (std::any_of(c, k, [&](const MediumCrossing& x) { return x.medium == k->medium; })) continue;
+      const SpaceMedium& m = world_.space->media[k->medium];
+      const float length = lengthInside(k, last, ends[s]) * m.similarity(bounces ? bounces[s] : 0);
+      for (int x = 0; x < 3; ++x)
+        if (m.factor[x] > 0) sum[x] += m.factor[x] * length;
+    }
+    for (int x = 0; x < 3; ++x) depth[x][count] = sum[x];
+    entry[count++] = s;
+    c = last;
+  }
+  counters.mediaRays += count;
+  for (int x = 0; x < 3; ++x) {
+    for (uint32_t i = count; i < padded(count); ++i) depth[x][i] = 0;
+    letThrough(world_.width, count, depth[x]);
+    for (uint32_t i = 0; i < count; ++i) transmittance[x][entry[i]] *= depth[x][i];
+  }
+}
+
 // Multiplies by what media let through as far as each ray goes (ends). By entry.
 void GroupState::thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed,
                          const uint32_t* index, const uint32_t* bounces, uint32_t depth, uint32_t n,
                          const uint32_t* entries, float* const transmittance[3]) {
   const SpaceMedia& space = *world_.space;
   findCrossings(rays, n, entries, visibility);
+  if (space.areEven) return thinOutEvenly(ends, bounces, n, entries, transmittance);
   MediumTracks tracks(*this, crossings_, rays, ends, seed, index, bounces, depth, n, entries, false);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
   uint32_t m = tracks.count();

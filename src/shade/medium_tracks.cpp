@@ -123,6 +123,7 @@ MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& cro
     : g_(g), space_(*g.world().space), crossings_(crossings), rays_(rays), scatters_(scatters), depth_(depth) {
   const std::vector<MediumCrossing>& all = crossings;
   tracks_ = g.arena().make<Track>(n);
+  Around* const arounds = g.arena().make<Around>(all.size() + 1);
   for (uint32_t at = 0; at < all.size();) {
     Track& t = tracks_[count_++];
     const uint32_t s = entries[all[at].ray];
@@ -143,6 +144,7 @@ MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& cro
     t.end = ends[s];
     t.left = -1;
     t.count = 0;
+    t.around = arounds + t.first;
     for (int k = 0; k < 3; ++k) t.w[k] = t.path[k] = 1, t.even[k] = 0;
     // what is left before it is entered was around the ray from the beginning
     for (uint32_t k = t.first; k < t.last; ++k) {
@@ -172,7 +174,7 @@ bool MediumTracks::advance(uint32_t i) {
       }
       while (t.t >= a.coarserFrom) a.coarserFrom = m.coarserFrom(++a.level, t.radius, t.spread);
       until = std::min(until, a.coarserFrom);
-      a.most = a.scale * m.boundsOf(a.level).at(a.o, a.d, t.t, until);
+      a.most = a.scale * m.boundsOf(a.level).at(a.o, a.d, a.inverse, t.t, until);
       t.bound += a.most;
     }
     if (t.bound > 0) {
@@ -218,7 +220,7 @@ void MediumTracks::stretch(const Track& t, Stretch& s) const {
   for (uint32_t k = 0; k < t.count; ++k) {
     const Around& a = t.around[k];
     const SpaceMedium& m = space_.media[a.medium];
-    const float mean = a.scale * m.majorants.mean(m.majorants.cellAt(a.o, a.d, t.t, s.until));
+    const float mean = a.scale * m.majorants.mean(m.majorants.cellAt(a.o, a.d, a.inverse, t.t, s.until));
     for (int c = 0; c < 3; ++c) {
       const float here = mean * m.tint[c];
       s.extinction[c] += here;
@@ -252,6 +254,7 @@ void MediumTracks::enter(Track& t, uint32_t medium) {
   for (int r = 0; r < 3; ++r) {
     a.d[r] = 0;
     for (int c = 0; c < 3; ++c) a.d[r] += toObject.m[r][c] * d[c];
+    a.inverse[r] = a.d[r] != 0 ? 1 / a.d[r] : 0.f;
   }
 }
 

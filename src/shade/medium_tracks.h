@@ -2,6 +2,7 @@
 // the media. Made and followed by group_space.cpp, for the rays of one call.
 #pragma once
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "shade/group.h"
@@ -13,11 +14,11 @@ inline constexpr uint32_t kMostOverlapping = 8;  // media at a point
 // A medium around a ray, with the ray in its object space: the same distances lead to the same places.
 struct Around {
   uint32_t medium;
-  float o[3], d[3];
-  float most;         // the bound where the ray is
-  float scale;        // on its extinction, see SpaceMedium::similarity
-  uint32_t level;     // of its fields, where the ray is
-  float coarserFrom;  // the distance where the next one begins
+  float o[3], d[3], inverse[3];  // inverse: 1 / d, or 0
+  float most;                    // the bound where the ray is
+  float scale;                   // on its extinction, see SpaceMedium::similarity
+  uint32_t level;                // of its fields, where the ray is
+  float coarserFrom;             // the distance where the next one begins
 };
 
 struct Track {
@@ -34,7 +35,10 @@ struct Track {
   float path[3];         // the same of its path before, which chances go by as well: else channels drift apart
   float even[3];         // optical depth of what is known exactly, for rays that are not scattered
   uint32_t count;
-  Around around[kMostOverlapping];
+  Around* around;  // room for as many as it crosses boundaries, kMostOverlapping at most
+  Track() = default;
+  Track(const Track&) = delete;  // see TrackAhead
+  Track& operator=(const Track&) = delete;
 };
 
 // Mixes two words for a seed.
@@ -83,6 +87,19 @@ class MediumTracks {
   // Of the medium that was entered last, where it stands still.
   uint32_t lastMedium_ = ~0u;
   trace::Affine toLast_;
+};
+
+// A copy of a track that goes on without it: to look ahead.
+struct TrackAhead {
+  Track t;
+  explicit TrackAhead(const Track& from) {
+    std::memcpy(static_cast<void*>(&t), &from, sizeof t);
+    std::copy_n(from.around, from.count, own_);
+    t.around = own_;
+  }
+
+ private:
+  Around own_[kMostOverlapping];
 };
 
 // What media are at places along rays, all places that are asked for at once: those whose extinction is a product are

@@ -1,5 +1,5 @@
 // Media that fill space: the objects of a scene whose material is a medium, and what tracking needs to know of them.
-// Their boundaries have a hierarchy of their own, for no ray stops there. Made by render/space_media.h; read by the
+// Their boundaries are boxes, or have a hierarchy of their own, for no ray stops there. Made by render/space_media.h; read by the
 // groups of all threads.
 #pragma once
 #include <cmath>
@@ -32,7 +32,7 @@ struct SpaceMedium {
   float velocityFactor = 1, constantVelocity[3] = {0, 0, 0};
   bool isCarried = false;
   float opens = 0, lasts = 0;     // when the shutter opens, counted from time 0 of the fields, and how long
-  float low[3], high[3];          // of the fields; beyond there is nothing that is carried
+  float low[3], high[3];          // of the object; beyond there is nothing that is carried
   float farthest[3] = {0, 0, 0};  // that anything is carried
   // See ExtinctionProduct.
   float extinctionByBounce = 1, contributionByBounce = 1;
@@ -79,8 +79,13 @@ struct SpaceMedium {
 struct SpaceMedia {
   std::vector<SpaceMedium> media;
   std::unordered_map<uint32_t, uint32_t> ofInstance;  // SpaceMedium::instance -> index
-  std::shared_ptr<const trace::World> boundaries;     // Instance::user: index
+  // Of media whose boundaries are boxes that stand still, where these are few: their numbers. Those of the others are
+  // in a world, whose Instance::user is a number in `ofBoundary`; null: there are no others.
+  static constexpr uint32_t kMostBoxes = 8;
+  std::vector<uint32_t> boxes, ofBoundary;
+  std::shared_ptr<const trace::World> boundaries;
   bool mayEmit = false;
+  bool areEven = false;           // all of them, see SpaceMedium::isEven()
   bool areShadowsOthers = false;  // some medium is known to shadow rays alone, or to the rays of paths alone
   bool isSimilar = false;         // some medium's extinction depends on how often light was scattered
   uint64_t serial = 0;            // each has its own, in a run of the program

@@ -56,7 +56,9 @@ struct Pieces {
 };
 
 // Up to `reach` along the track.
-void findPieces(MediumTracks& media, Track t, const EquiangularPoint& p, float reach, Pieces& out) {
+void findPieces(MediumTracks& media, const Track& track, const EquiangularPoint& p, float reach, Pieces& out) {
+  TrackAhead ahead(track);
+  Track& t = ahead.t;
   float depth[3] = {0, 0, 0}, through[3] = {1, 1, 1};
   MediumTracks::Stretch s;
   out.count = 0;
@@ -108,7 +110,9 @@ void goTo(MediumTracks& media, Track& t, float to) {
 
 // Where a ray comes to so deep, or leaves the media for good (then true); and where those begin on it that distances
 // are to suit lights in, -1: nowhere.
-bool findReach(MediumTracks& media, Track t, float deep, float& begin, float& end) {
+bool findReach(MediumTracks& media, const Track& track, float deep, float& begin, float& end) {
+  TrackAhead ahead(track);
+  Track& t = ahead.t;
   MediumTracks::Stretch s;
   begin = -1;
   for (float depth = 0;;) {

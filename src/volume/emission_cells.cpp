@@ -49,11 +49,7 @@ void EmissionCells::bounds(float low[3], float high[3]) const {
   }
 }
 
-bool EmissionCells::emits(const float object[3]) const {
-  const float none[3] = {0, 0, 0};
-  float end = 0;
-  return cells_[cells_.cellAt(object, none, 0, end)] > 0;
-}
+bool EmissionCells::emits(const float object[3]) const { return cells_[cells_.cellAt(object)] > 0; }
 
 void EmissionCells::sample(float u, float v, float w, float object[3]) const {
   const size_t at =

@@ -22,12 +22,16 @@ class Majorants {
   // About what there is in a cell on average: no bound, and no picture depends on how good it is, but for its noise.
   float& mean(size_t cell) { return mean_[cell]; }
   float mean(size_t cell) const { return mean_[cell]; }
+  size_t cellAt(const float place[3]) const;
   // The cell where a ray is at t, in the direction it goes; until `end` (in: not beyond), which is above t, it is in it.
-  size_t cellAt(const float o[3], const float d[3], float t, float& end) const;
-  float at(const float o[3], const float d[3], float t, float& end) const { return most_[cellAt(o, d, t, end)]; }
+  // inverse: 1 / d, of what is 0 anything.
+  size_t cellAt(const float o[3], const float d[3], const float inverse[3], float t, float& end) const;
+  float at(const float o[3], const float d[3], const float inverse[3], float t, float& end) const {
+    return most_[cellAt(o, d, inverse, t, end)];
+  }
 
  private:
-  float low_[3] = {0, 0, 0}, size_[3] = {1, 1, 1};  // of a cell
+  float low_[3] = {0, 0, 0}, size_[3] = {1, 1, 1}, perSize_[3] = {1, 1, 1};  // of a cell
   int n_[3] = {1, 1, 1};
   std::vector<float> most_{0.f}, mean_{0.f};
 };

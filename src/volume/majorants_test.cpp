@@ -32,6 +32,7 @@ TEST(Majorants, RaysSeeTheCellThatTheyAreIn) {
     }
     if (length == 0) continue;
     for (float& x : d) x /= std::sqrt(length);
+    const float inverse[3] = {1 / d[0], 1 / d[1], 1 / d[2]};
     // to the wall of the box
     float end = 1e30f;
     for (int k = 0; k < 3; ++k)
@@ -39,7 +40,7 @@ TEST(Majorants, RaysSeeTheCellThatTheyAreIn) {
     int steps = 0;
     for (float t = 0; t < end && steps < 1000; ++steps) {
       float until = end;
-      const float bound = m.at(o, d, t, until);
+      const float bound = m.at(o, d, inverse, t, until);
       ASSERT_GT(until, t);
       ASSERT_LE(until, end);
       const float middle = t + 0.5f * (until - t);

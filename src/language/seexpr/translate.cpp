@@ -15,7 +15,7 @@ namespace {
 // Each operation of an expression becomes a statement; more of them are refused.
 constexpr uint32_t kMostStatements = 8000;
 constexpr size_t kMostKnots = 256;
-constexpr uint32_t kLongestChain = 1000;  // a + b + c ... nests to the left, without brackets
+constexpr uint32_t kLongestChain = 600;  // a + b + c ... nests to the left, without brackets
 
 enum class Type : uint8_t { Number, Vector, String };
 

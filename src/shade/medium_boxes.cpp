@@ -1,0 +1,58 @@
+// Kernels of medium_boxes.h: the part of a line between three pairs of planes (Kay and Kajiya 1986).
+#define KINORA_KERNEL_FILE "shade/medium_boxes.cpp"
+#include "shade/medium_boxes.h"
+
+#include "simd/dispatch.h"
+#include <kinora/simd/foreach_target.h>
+#include <kinora/simd/wide.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kinora {
+namespace HWY_NAMESPACE {
+namespace {
+
+template <int W>
+KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
+  using F = Float<W>;
+  const F zero(0.f), none(1e30f);
+  const float(&m)[3][3] = a.toBox.m;
+  for (uint32_t i = 0; i < a.n; i += W) {
+    const Slots<W> s = Slots<W>::loadUpTo(a.entries + i, a.n - i);
+    const Vec3<W> o = Vec3<W>::get(a.o, s), d = Vec3<W>::get(a.d, s);
+    F from = -none, to = none;
+    for (int k = 0; k < 3; ++k) {
+      const F place = fma(o.x, F(m[k][0]), fma(o.y, F(m[k][1]), fma(o.z, F(m[k][2]), F(a.toBox.t[k]))));
+      const F step = fma(d.x, F(m[k][0]), fma(d.y, F(m[k][1]), d.z * F(m[k][2])));
+      const F low = F(a.low[k]) - place, high = F(a.high[k]) - place;
+      // along the planes a line lies between them all the way, or nowhere
+      const Mask<W> isAcross = step != zero, isBetween = (low <= zero) & (high >= zero);
+      const F inverse = F(1.f) / select(isAcross, step, F(1.f)), first = low * inverse, last = high * inverse;
+      from = max(from, select(isAcross, min(first, last), select(isBetween, -none, none)));
+      to = min(to, select(isAcross, max(first, last), select(isBetween, none, -none)));
+    }
+    from.store(a.from + i);
+    to.store(a.to + i);
+  }
+}
+
+#if HWY_TARGET == HWY_AVX2
+[[maybe_unused]] void cross1(const shade::BoxCrossingArgs& a) { cross<1>(a); }
+[[maybe_unused]] void cross4(const shade::BoxCrossingArgs& a) { cross<4>(a); }
+[[maybe_unused]] void cross8(const shade::BoxCrossingArgs& a) { cross<8>(a); }
+#else
+[[maybe_unused]] void cross16(const shade::BoxCrossingArgs& a) { cross<16>(a); }
+#endif
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kinora
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinora::shade {
+
+BoxCrossingKernel boxCrossingKernel(uint32_t width) {
+  return kernelFor(width, &N_AVX2::cross1, &N_AVX2::cross4, &N_AVX2::cross8, &N_AVX3::cross16);
+}
+
+}  // namespace kinora::shade
+#endif
