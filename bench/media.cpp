@@ -95,10 +95,10 @@ std::string cloudScene(int bounces, bool quick) {
       }
   const std::string side = std::to_string(n);
   return "Integrator \"PxrPathTracer\" \"paths\" \"int maxIndirectBounces\" [" + std::to_string(bounces) +
-         "]\nProjection \"perspective\" \"fov\" [32]\nTranslate 0 0 4\nWorldBegin\n"
-         "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [0.5]\nAttributeBegin\nRotate 60 1 0 0\n"
-         "Light \"PxrDistantLight\" \"sun\" \"float intensity\" [20000] \"float angleExtent\" [0.6]\nAttributeEnd\n"
-         "Bxdf \"PxrVolume\" \"water\" \"color diffuseColor\" [0.999 0.999 0.999] \"float densityFloat\" [20]\n"
+         "] \"float clampLuminance\" [50]\nProjection \"perspective\" \"fov\" [32]\nTranslate 0 0 4\nWorldBegin\n"
+         "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [0.3]\nAttributeBegin\nRotate 60 1 0 0\n"
+         "Light \"PxrDistantLight\" \"sun\" \"float intensity\" [4000] \"float angleExtent\" [0.6]\nAttributeEnd\n"
+         "Bxdf \"PxrVolume\" \"water\" \"color diffuseColor\" [0.999 0.999 0.999] \"color densityColor\" [20 20 20]\n"
          "\"string densityFloatPrimVar\" [\"density\"] \"float anisotropy\" [0.6] \"int multiScatter\" [1]\n"
          "Volume \"box\" [-1 1 -1 1 -1 1] [" +
          side + " " + side + " " + side + "] \"varying float density\" [" + voxels + "]\nWorldEnd\n";

@@ -38,11 +38,12 @@ VoxelStore::~VoxelStore() {
 
 float* VoxelStore::add(size_t floats, uint32_t level) {
   const uint64_t bytes = floats * sizeof(float);
-  // Half of the bound may be taken by what stays, so that the other half is left for what comes and goes. A quarter of
-  // that half is kept for levels above the first coarse one, which are 1 / 56 of their grids.
-  const uint64_t mostFine = most_ / 8 * 3;
+  // A quarter of the bound may be taken by what stays: the rest is for what comes and goes, and for the process that
+  // reads the file while it does (see Filling). A quarter of that quarter is kept for levels above the first coarse
+  // one, which are 1 / 56 of their grids.
+  const uint64_t mostStays = most_ / 4, mostFine = most_ / 16 * 3;
   const bool isFine = level < 2;
-  const bool fits = slabBytes_ + bytes <= most_ / 2 && (!isFine || fineBytes_ + bytes <= mostFine);
+  const bool fits = slabBytes_ + bytes <= mostStays && (!isFine || fineBytes_ + bytes <= mostFine);
   const bool stays = !most_ || !failure_.empty() || (fits && (!base_ || !isFine));
   if (!stays && bytes <= kSegment && (base_ || openFile())) {
     Room own;
@@ -104,7 +105,7 @@ bool VoxelStore::openFile() {
   const uintptr_t first = reinterpret_cast<uintptr_t>(at), begin = (first + kChunk - 1) / kChunk * kChunk;
   if (begin > first) ::munmap(at, begin - first);
   if (begin < first + kChunk) ::munmap(reinterpret_cast<void*>(begin + kReach), first + kChunk - begin);
-  const uint64_t window = std::max(kLeast, most_ - most_ / 2);
+  const uint64_t window = std::max(kLeast, most_ - most_ / 4);
   memory_.add(window + kReach / kChunk);
   chunks_ = std::make_unique<std::atomic<uint8_t>[]>(kReach / kChunk);
   mostChunks_ = window / kChunk;
