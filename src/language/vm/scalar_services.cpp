@@ -57,11 +57,12 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
   float* const* out = f.cells + w[2];
   float* pointMask = f.run->scratch(16);
   const bool varies = w[5] || w[8];
-  const auto identity = [&](float* const* m, uint32_t i) {
-    for (uint32_t k = 0; k < 16; ++k) m[k][i] = k % 5 == 0 ? 1.f : 0.f;
+  const auto identity = [&](float* const* m, uint32_t first, uint32_t n) {
+    for (uint32_t k = 0; k < 16; ++k) std::fill_n(m[k] + first, n, k % 5 == 0 ? 1.f : 0.f);
   };
+  const auto isCommon = [&](int32_t space) { return space == 0 || space == kCommon || space == kWorld; };
   const auto ask = [&](const Batch& batch, int32_t space, bool toCommon, float* const* m) {
-    if (space == 0 || space == kCommon || space == kWorld) return true;
+    if (isCommon(space)) return true;
     const auto call = toCommon ? services.spaceToCommon : services.commonToSpace;
     Span span;
     span.cells = m;
@@ -73,7 +74,7 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
   // null where it is known
   const auto unknown = [&](uint32_t i, const int32_t* from, const int32_t* to) {
     setInt(f.cells[w[1]], i, 0);
-    identity(out, i);
+    identity(out, i, 1);
     if (f.run->toldOnce[w[0]] && !f.run->tellsEveryPoint) return;
     const Executable& e = *f.run->program;
     f.run->toldOnce[w[0]] = 1;
@@ -87,18 +88,20 @@ void scalarGetMatrix(const Frame& f, const uint32_t* w) {
     const uint32_t n = varies ? 1 : f.points;
     if (varies && masked && !takesPart(f, w[10], first)) continue;
     const int32_t from = intAt(f.cells[w[3]], w[5] ? first : 0), to = intAt(f.cells[w[6]], w[8] ? first : 0);
+    // most ask for the way to or from "common", and nothing is multiplied
+    const bool isProduct = !isCommon(from) && !isCommon(to);
+    identity(out, first, n);
+    if (isProduct) identity(other, first, n);
     for (uint32_t i = first; i < first + n; ++i) {
-      identity(out, i);
-      identity(other, i);
       setInt(f.cells[w[1]], i, 1);
       setInt(pointMask, i, !masked || takesPart(f, w[10], i) ? -1 : 0);
     }
     Batch batch{n, f.first + first, reinterpret_cast<const int32_t*>(pointMask + first)};
     for (uint32_t k = 0; k < 16; ++k) single[k] = out[k] + first;
     const bool knowsFrom = ask(batch, from, true, single);
-    for (uint32_t k = 0; k < 16; ++k) single[k] = other[k] + first;
+    for (uint32_t k = 0; k < 16; ++k) single[k] = (isProduct ? other : out)[k] + first;
     const bool knowsTo = ask(batch, to, false, single);
-    for (uint32_t i = first; i < first + n; ++i) {
+    for (uint32_t i = first; (isProduct || !knowsFrom || !knowsTo) && i < first + n; ++i) {
       if (masked && !takesPart(f, w[10], i)) continue;
       if (!knowsFrom || !knowsTo) {
         unknown(i, knowsFrom ? nullptr : &from, knowsTo ? nullptr : &to);
