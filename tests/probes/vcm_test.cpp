@@ -165,6 +165,25 @@ TEST(Vcm, RadiiOutsideTheirRangeAreTold) {
   }
 }
 
+// Paths from both sides end after 15 indirect bounces: who asks for more is told, whichever integrator they belong to.
+TEST(Vcm, MoreBouncesThanBothSidesHaveAreTold) {
+  const std::string text = room(kPoint, kGrey);
+  const auto said = [&](const char* integrator, const char* bounces, const char* lightPaths) {
+    Workshop stage;
+    render::Settings s;
+    s.samplesPerPixel = 1;
+    s.integrator = integrator;
+    s.sets.emplace_back("integrator.maxIndirectBounces", bounces);
+    if (lightPaths) s.sets.emplace_back("integrator.traceLightPaths", lightPaths);
+    pictureOf(*stage.load(sceneOf(text, stage.messages), s));
+    return stage.said;
+  };
+  EXPECT_NE(said("PxrVCM", "16", nullptr).find("15 indirect bounces at most, not 16"), std::string::npos);
+  EXPECT_NE(said("PxrUnified", "200", "1").find("15 indirect bounces at most, not 200"), std::string::npos);
+  EXPECT_EQ(said("PxrVCM", "15", nullptr), "");
+  EXPECT_EQ(said("PxrUnified", "200", "0"), "");
+}
+
 // A point light in a shell of glass that hardly refracts, seen through a pane of it: what no technique but merging finds
 // is the picture without glass. Paths are too short for two diffuse surfaces.
 TEST(Vcm, MergingFindsWhatLiesBetweenSmoothSurfaces) {

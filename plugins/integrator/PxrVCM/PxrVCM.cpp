@@ -72,7 +72,8 @@ struct Data : vcm::Options {
   explicit Data(const CreateInfo& info) {
     namespace from = pathParameters;
     const NamedValues values(info, kParams, std::size(kParams));
-    bounces = from::bounces(info, kMaxBounces, kMaxPathLength, int(PathVertex::kMostBefore));
+    bounces =
+        from::bouncesOfBoth(values, from::bounces(info, kMaxBounces, kMaxPathLength, 1000), PathVertex::kMostBefore);
     lightSamples = from::count(info, kLightSamples, 0, 1024);
     clampDepth = from::count(info, kClampDepth, 1, 100000);
     connects = info.integer(kConnectPaths) != 0;

@@ -10,8 +10,11 @@
 
 namespace kinora::pathParameters {
 
-inline constexpr Param kMaxIndirectBounces =
-    param::integer("maxIndirectBounces", 8).range(0, 1000).help("Indirect bounces allowed; 0 is direct light only.");
+inline constexpr Param kMaxIndirectBounces = param::integer("maxIndirectBounces", 8)
+                                                 .range(0, 1000)
+                                                 .help(
+                                                     "Indirect bounces allowed; 0 is direct light only. Where paths "
+                                                     "are traced from lights, 15 at most (PARAM-RANGE).");
 inline constexpr Param kNumLightSamples = param::integer("numLightSamples", 1)
                                               .range(0, 64)
                                               .help("Light samples at each camera hit; deeper vertices take one.");
@@ -149,6 +152,15 @@ inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uin
   const int length = info.integer(maxPathLength);
   const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
   return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
+}
+// Of paths from both sides, whose vertices keep the events of so many before them.
+inline uint32_t bouncesOfBoth(const NamedValues& values, uint32_t asked, uint32_t most) {
+  if (asked > most)
+    values.warn("PARAM-RANGE",
+                "paths from both sides have " + std::to_string(most) + " indirect bounces at most, not " +
+                    std::to_string(asked),
+                "light that takes more is missing");
+  return std::min(asked, most);
 }
 inline ManifoldOptions manifold(const NamedValues& values) {
   ManifoldOptions o;
