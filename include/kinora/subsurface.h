@@ -216,7 +216,7 @@ class PathsBelow {
   }
   static KN_INLINE F drawEvent(I address, I event) { return toUnitFloat(hashWords(address, event)); }
   KN_INLINE F draw(I point, uint32_t event) const { return drawEvent(addressOf(point), I(event)); }
-  // Of the medium at a walk's point of entry. Most bodies have the same everywhere, and gathers would be a sixth of a walk.
+  // Of the medium at a walk's point of entry. Most bodies have the same everywhere, which takes no gathers.
   KN_INLINE F numberAt(const float* x, I point) const { return isEven_ ? F(x[first_]) : gather(x, point); }
   KN_INLINE Rgb<W> colorAt(float* const x[3], I point) const {
     return {numberAt(x[0], point), numberAt(x[1], point), numberAt(x[2], point)};
@@ -231,8 +231,8 @@ class PathsBelow {
   const Context* c_ = nullptr;
   uint32_t part_ = 0, parts_ = 1;
   Subsurface below_;
-  bool hasTails_ = false;             // some flights are no exponential ones
-  bool isEven_ = false;               // lengths, albedos and mean cosines are the same at all points, as at first_
+  bool hasTails_ = false;  // some flights are no exponential ones
+  bool isEven_ = false;    // lengths, albedos and mean cosines are the same at all points, as at first_
   uint32_t first_ = 0;
   bool hasProfiles_ = false;          // some paths come out by a profile
   float* enters_ = nullptr;           // by point: what the boundary lets in of diffuse light; null: there is none
