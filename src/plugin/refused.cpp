@@ -16,8 +16,6 @@ constexpr RefusedPlugin kTable[] = {
     {Kind::Pattern, "PxrBakeTexture", kBake, ""},
     {Kind::Pattern, "PxrBumpRoughness", "maps of slopes and their variance are not made yet", "PxrBump"},
     {Kind::Pattern, "PxrColorSpace", "colour spaces of patterns are not known yet", "transformc() of a shader"},
-    {Kind::Pattern, "PxrCurvature", "its results are not published",
-     "PxrDirt with direction 1, distribution 0 and a maxDistance"},
     {Kind::Pattern, "PxrGrid", "it is not published", "PxrChecker, PxrTileManifold"},
     {Kind::Pattern, "PxrLayeredTexture", "it is not made yet", "PxrTexture with PxrLayeredBlend"},
     {Kind::Pattern, "PxrPhasorNoise", "it is not made yet", "PxrFractal, PxrWorley"},

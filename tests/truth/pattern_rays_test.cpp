@@ -1,4 +1,4 @@
-// Proves: the rays of patterns, through PxrDirt: what is closed off against closed forms for each distribution,
+// Proves: the rays of patterns, through PxrDirt and PxrCurvature: what is closed off against closed forms for each distribution,
 // direction, bias and limit of distance; they obey visibility, subsets and presence, and a pattern that decides
 // presence ends them; equal bits for any threads, width and group. Misses: time (motion) and media.
 #include <gtest/gtest.h>
@@ -89,6 +89,59 @@ TEST(PatternRays, InsideABallTellItsCurvature) {
   expectClosed(inside + "\"float maxDistance\" [0.5]", "", 0.5, ball);
   expectClosed(inside + "\"float maxDistance\" [0.2]", "", 0.2, ball);
   expectClosed("\"int distribution\" [0]", "", 0, ball);
+}
+
+// A point on the top of a step whose edge is .3 off, with rays of length 1 spread evenly: those meet the riser that go
+// towards it by a cosine above .3, half of a cap of height .7; with a bias of .5 each counts as 1 - .3 / cosine.
+// Behind the surface the same riser of a step down is met from inside.
+void expectCurved(const std::string& parameters, const char* output, double z, const double (&expected)[3]) {
+  const std::string step = "Polygon \"vertex point P\" [.3 -90 1  .3 90 1  .3 90 " + std::to_string(z) + "  .3 -90 " +
+                           std::to_string(z) + "]\n";
+  RenderRequest r;
+  r.rib = orthographic(16, 1e-4, 64) + unbiased(0) +
+          "WorldBegin\nLight \"PxrDistantLight\" \"sun\" \"float intensity\" [0]\n" +
+          "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\nBxdf \"PxrDiffuse\" \"grey\"\n" + step +
+          "AttributeEnd\nPattern \"PxrCurvature\" \"bent\" \"float maxDistance\" [1] " + parameters +
+          "\nPattern \"PxrToFloat3\" \"f\" \"reference float input\" [\"bent:resultF\"]\n"
+          "Pattern \"PxrToFloat3\" \"v\" \"reference float input\" [\"bent:resultConvex\"]\n"
+          "Pattern \"PxrToFloat3\" \"c\" \"reference float input\" [\"bent:resultConcave\"]\n"
+          "Bxdf \"PxrConstant\" \"shown\" \"reference color emitColor\" [\"" +
+          output + "\"]\n" + kPlane + "WorldEnd\n";
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  for (int k = 0; k < 3; ++k) EXPECT_MEAN(overPixels(render.channel("Ci"), k), expected[k], 6e-3);
+}
+
+TEST(PatternRays, FindEdgesAndCreases) {
+  const double all = 0.35, linear = 0.5 * (0.7 + 0.3 * std::log(0.3));
+  // with a bias of .25 hits count as 1 - 3 t: those of cosines above .9
+  const double near = 0.5 * (0.1 + 0.9 * std::log(0.9));
+  // by the cosine about the normal, a plane's share of those that go by a cosine above .3 towards one side
+  const double cosine = 0.5 * (std::acos(0.3) - 0.3 * std::sqrt(1 - 0.09)) / (std::acos(-1) / 2);
+  const double convex = 50, concave = -50;
+  const char* rgb = "bent:resultRGB";
+  expectCurved("\"float bias\" [1]", rgb, convex, {all, all, all});
+  expectCurved("\"float bias\" [1]", rgb, concave, {all, all, all});
+  expectCurved("", rgb, convex, {linear, linear, linear});
+  expectCurved("\"float bias\" [.25]", rgb, concave, {near, near, near});
+  expectCurved("\"float bias\" [0]", rgb, concave, {0, 0, 0});
+  expectCurved("\"int distribution\" [1] \"float bias\" [1]", rgb, convex, {cosine, cosine, cosine});
+  expectCurved("\"int outputType\" [0] \"float bias\" [1]", rgb, convex, {0, 0, 0});
+  expectCurved("\"int outputType\" [1] \"float bias\" [1]", rgb, convex, {all, all, all});
+  expectCurved("\"int outputType\" [1] \"float bias\" [1]", rgb, concave, {0, 0, 0});
+  expectCurved("\"int monochrome\" [0] \"float bias\" [1]", rgb, convex, {all, 0, 0});
+  expectCurved("\"int monochrome\" [0] \"float bias\" [1]", rgb, concave, {0, all, 0});
+  expectCurved("\"float bias\" [1] \"float outputGain\" [2]", rgb, concave, {2 * all, 2 * all, 2 * all});
+  expectCurved("\"float bias\" [1] \"float convexThreshold\" [1]", rgb, convex, {0, 0, 0});
+  expectCurved("\"float bias\" [1] \"float concaveThreshold\" [1]", rgb, convex, {all, all, all});
+  expectCurved("\"float bias\" [1]", "f:resultRGB", concave, {all, all, all});
+  expectCurved("\"float bias\" [1]", "v:resultRGB", convex, {all, all, all});
+  expectCurved("\"float bias\" [1]", "v:resultRGB", concave, {0, 0, 0});
+  expectCurved("\"float bias\" [1]", "c:resultRGB", concave, {all, all, all});
+  // gains above 1 are cut by the clamp, or not
+  expectCurved("\"float bias\" [1] \"int numSamples\" [64] \"float outputGain\" [200]", rgb, concave, {1, 1, 1});
+  expectCurved("\"float bias\" [1] \"float outputGain\" [2] \"int clampOutput\" [0]", rgb, concave,
+               {2 * all, 2 * all, 2 * all});
 }
 
 TEST(PatternRays, ColoursAreMixed) {

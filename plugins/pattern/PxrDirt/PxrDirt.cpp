@@ -1,11 +1,7 @@
 // PxrDirt: how much of what lies around a point is closed by surfaces, as a mix of two colours. Each ray that meets
 // something at distance t counts as closed by exp(-falloff t).
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrDirt/PxrDirt.cpp"
-#include <limits>
-
-#include <kinora/pattern_author.h>
-#include <kinora/math/sampling.h>
-#include <kinora/random.h>
+#include "plugins/pattern/probes/side_rays.h"
 
 KINORA_KERNELS_BEGIN
 
@@ -75,28 +71,18 @@ struct PxrDirt {
       const char* space = c.fn->text(&c, kBiasDirectionCoordsys);
       isPlaced = space && *space && c.fn->matrix(&c, space, "render", &toRender);
     }
-    // Ray `part` of `parts` at W points, to the side of the normals (sign 1) or behind them (-1).
+    // Ray `part` of `parts` to a side, at W points.
     template <int W>
-    KN_INLINE Vec3<W> direction(const Context& c, uint32_t part, uint32_t parts, float sign, At at) const {
+    KN_INLINE Vec3<W> direction(const Context& c, uint32_t part, uint32_t parts, ProbeSide side, At at) const {
       using F = Float<W>;
-      const uint32_t i = at.first;
-      F u, v;
-      draw2(*c.samples, Int<W>::load(c.sampleSeed + i),
-            Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part),
-            dimensionAt(c.depth) + kDimPattern + (sign < 0), u, v);
-      Vec3<W> local;
-      if (distribution == kUniform) {
-        local = uniformCone(u, v, F(1.f));
-      } else {
-        local = cosineHemisphere(u, v);
-        if (!spread.uniform() || spread.data[0][0] != 1.f)
-          local = bendToPower(local, min(max(loadFloat<W>(spread, at), F(0.f)), F(1e4f)));
-      }
-      const Vec3<W> N = Vec3<W>::load(c.N, i), Ng = Vec3<W>::load(c.Ng, i) * F(sign);
-      Vec3<W> axis = N * F(sign);
+      const F sign(signOf(side));
+      const Vec3<W> N = Vec3<W>::load(c.N, at.first), Ng = Vec3<W>::load(c.Ng, at.first) * sign;
+      const Vec3<W> local = drawAboutZ<W>(c, part, parts, side, spreadBy(distribution == kUniform, spread),
+                                          loadFloat<W>(spread, at), at);
+      Vec3<W> axis = N * sign;
       if (distribution == kReflection) {
-        const Vec3<W> wo = Vec3<W>::load(c.wo, i);
-        axis = sign < 0 ? -wo : reflect(wo, N);
+        const Vec3<W> wo = Vec3<W>::load(c.wo, at.first);
+        axis = side == ProbeSide::Behind ? -wo : reflect(wo, N);
       }
       Vec3<W> b = loadVec<W>(bias, at);
       if (isPlaced) b = moveBy<W>(toRender, Moves::Vector, b, at);
@@ -104,9 +90,7 @@ struct PxrDirt {
       const F length2 = dot(sum, sum);
       const Mask<W> isAxis = (length2 > F(1e-8f)) & (length2 < F(1e30f));  // a bias may cancel it, or be no number
       axis = select(isAxis, sum * (F(1.f) / sqrt(select(isAxis, length2, F(1.f)))), axis);
-      const Vec3<W> d = Frame<W>(axis).toWorld(local);
-      const F height = dot(d, Ng);
-      return select(height < F(0.f), fma(Ng, height * F(-2.f), d), d);
+      return turnTo(local, axis, Ng);
     }
   };
 
@@ -114,40 +98,18 @@ struct PxrDirt {
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
     const uint32_t n = c->padded;
-    const float infinity = std::numeric_limits<float>::infinity();
-    const Value falloff = c->param(kFalloff), farthest = c->param(kMaxDistance);
-    const int direction = fixedInteger(*c, kDirection), asked = fixedInteger(*c, kNumSamples);
-    const uint32_t parts = asked < 1 ? 1u : asked > 1024 ? 1024u : uint32_t(asked);
+    const Value falloff = c->param(kFalloff);
+    const int direction = fixedInteger(*c, kDirection);
     const Rays rays(*c);
-    uint32_t *point = c->alloc<uint32_t>(n), *part = c->alloc<uint32_t>(n);
-    float* d[3] = {c->alloc<float>(n), c->alloc<float>(n), c->alloc<float>(n)};
-    float *reach = c->alloc<float>(n), *t = c->alloc<float>(n), *closed = c->alloc<float>(n);
-    for (uint32_t i = 0; i < n; ++i) point[i] = i < c->count ? i : c->count - 1;
-    for (uint32_t i = 0; i < n; i += W) {
-      const F r = loadFloat<W>(farthest, At{i, false});
-      select(r > F(0.f), r, F(infinity)).store(reach + i);
-      F(0.f).store(closed + i);
-    }
-    ProbeRays probe{c->count, point, part, {d[0], d[1], d[2]}, reach, c->fn->text(c, kTraceSet), t};
-    for (uint32_t k = 0; k < n; ++k) t[k] = infinity;
+    SideRays<W> sent(*c, raysAsked(fixedInteger(*c, kNumSamples)), c->param(kMaxDistance), c->fn->text(c, kTraceSet));
+    float* closed = c->alloc<float>(n);
+    for (uint32_t i = 0; i < n; ++i) closed[i] = 0;
     uint32_t traced = 0;
-    for (int side = 0; side < 2; ++side) {
-      if (direction == (side == 0 ? kInside : kOutside)) continue;
-      for (uint32_t k = 0; k < parts && c->samples; ++k) {
-        for (uint32_t i = 0; i < n; ++i) part[i] = k + uint32_t(side) * parts;
-        for (uint32_t i = 0; i < n; i += W)
-          rays.direction<W>(*c, k, parts, side == 0 ? 1.f : -1.f, At{i, false}).store(d, i);
-        if (!c->fn->probe(c, &probe)) break;
-        ++traced;
-        for (uint32_t i = 0; i < n; i += W) {
-          const At at{i, false};
-          const F distance = F::load(t + i);
-          const Mask<W> met = distance < F(infinity);
-          const F fall = max(loadFloat<W>(falloff, at), F(0.f));
-          const F share = select(met, exp(-fall * select(met, distance, F(0.f))), F(0.f));
-          (F::load(closed + i) + share).store(closed + i);
-        }
-      }
+    for (const ProbeSide side : {ProbeSide::Seen, ProbeSide::Behind}) {
+      if (direction == (side == ProbeSide::Seen ? kInside : kOutside)) continue;
+      traced += sent.add(
+          side, [&](uint32_t part, At at) { return rays.direction<W>(*c, part, sent.parts(), side, at); },
+          [&](F distance, At at) { return exp(-max(loadFloat<W>(falloff, at), F(0.f)) * distance); }, closed);
     }
     const float scale = traced ? 1.f / float(traced) : 0.f;
     const Value occluded = c->param(kOccluded), unoccluded = c->param(kUnoccluded);
