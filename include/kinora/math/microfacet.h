@@ -220,41 +220,41 @@ inline void buildReflectionEnergy(ReflectionEnergy& table) {
     }
 }
 
-inline void buildGlassEnergy(GlassEnergy& table, int e) {
+// One node of the index's axis and one of roughness: both sides, all angles.
+inline void buildGlassEnergy(GlassEnergy& table, int e, int r) {
   using F = Float<8>;
   const float x = float(e) / float(GlassEnergy::kEta - 1), s = 0.5f * x * x, m = (1 + s) / (1 - s);
-  for (int side = 0; side < 2; ++side)
-    for (int r = 0; r < GlassEnergy::kRough; ++r) {
-      const F eta(side == 0 ? 1 / m : m);  // ior(wo side) / ior(other)
-      const float rough = float(r) / float(GlassEnergy::kRough - 1);
-      const F alpha(rough * rough);
-      float* reflected = table.reflect[side][e][r];
-      float* transmitted = table.transmit[side][e][r];
-      for (int i = 0; i < GlassEnergy::kMu; ++i) {
-        const Vec3<8> wo = tableDirection(i, GlassEnergy::kMu);
-        if (r == 0) {
-          reflected[i] = fresnelDielectric(wo.z, eta).lane0();
-          transmitted[i] = 1 - reflected[i];
-          continue;
-        }
-        const F one = F(1.f) + smithLambda(true, wo, alpha, alpha);
-        F up(0.f), down(0.f);
-        for (int k = 0; k < kLatticeSize; k += 8) {
-          const LatticePoint p(k);
-          const Vec3<8> h = sampleVisibleNormal(wo, alpha, alpha, p.u, p.v), wr = reflect(wo, h);
-          const F f = fresnelDielectric(dot(wo, h), eta);
-          Vec3<8> wt;
-          const Mask<8> passes = refract(wo, h, eta, wt);
-          up += zeroUnless(wr.z > F(0.f), f * one / (one + smithLambda(true, wr, alpha, alpha)));
-          down +=
-              zeroUnless(passes & (wt.z < F(0.f)), (F(1.f) - f) * one / (one + smithLambda(true, wt, alpha, alpha)));
-        }
-        reflected[i] = sumLanes(up) / float(kLatticeSize);
-        transmitted[i] = sumLanes(down) / float(kLatticeSize);
+  for (int side = 0; side < 2; ++side) {
+    const F eta(side == 0 ? 1 / m : m);  // ior(wo side) / ior(other)
+    const float rough = float(r) / float(GlassEnergy::kRough - 1);
+    const F alpha(rough * rough);
+    float* reflected = table.reflect[side][e][r];
+    float* transmitted = table.transmit[side][e][r];
+    for (int i = 0; i < GlassEnergy::kMu; ++i) {
+      const Vec3<8> wo = tableDirection(i, GlassEnergy::kMu);
+      if (r == 0) {
+        reflected[i] = fresnelDielectric(wo.z, eta).lane0();
+        transmitted[i] = 1 - reflected[i];
+        continue;
       }
-      table.reflectMean[side][e][r] = tableMean(reflected, GlassEnergy::kMu);
-      table.transmitMean[side][e][r] = tableMean(transmitted, GlassEnergy::kMu);
+      const F one = F(1.f) + smithLambda(true, wo, alpha, alpha);
+      F up(0.f), down(0.f);
+      for (int k = 0; k < kLatticeSize; k += 8) {
+        const LatticePoint p(k);
+        const Vec3<8> h = sampleVisibleNormal(wo, alpha, alpha, p.u, p.v), wr = reflect(wo, h);
+        const F f = fresnelDielectric(dot(wo, h), eta);
+        Vec3<8> wt;
+        const Mask<8> passes = refract(wo, h, eta, wt);
+        up += zeroUnless(wr.z > F(0.f), f * one / (one + smithLambda(true, wr, alpha, alpha)));
+        down +=
+            zeroUnless(passes & (wt.z < F(0.f)), (F(1.f) - f) * one / (one + smithLambda(true, wt, alpha, alpha)));
+      }
+      reflected[i] = sumLanes(up) / float(kLatticeSize);
+      transmitted[i] = sumLanes(down) / float(kLatticeSize);
     }
+    table.reflectMean[side][e][r] = tableMean(reflected, GlassEnergy::kMu);
+    table.transmitMean[side][e][r] = tableMean(transmitted, GlassEnergy::kMu);
+  }
 }
 
 // Tables are built at first use, by one thread while the others wait. Call these when a closure is bound.
@@ -264,20 +264,27 @@ inline const ReflectionEnergy& reflectionEnergyTable() {
   (void)built;
   return table;
 }
-// Ready for relative indices from low to high (the larger index over the smaller): only the slabs around them are
-// built.
-inline const GlassEnergy& glassEnergyTable(float low, float high) {
+// Ready for relative indices (the larger over the smaller) and roughnesses between bounds: only the nodes around them
+// are built, so that smooth glass, which most is, waits for a few of them.
+struct TableBounds {
+  float low, high;
+};
+inline const GlassEnergy& glassEnergyTable(TableBounds index, TableBounds roughness) {
   static GlassEnergy table;
-  static std::atomic<bool> ready[GlassEnergy::kEta];
+  static std::atomic<bool> ready[GlassEnergy::kEta][GlassEnergy::kRough];
   static std::mutex building;
-  const int first = glassAxis(Float<1>(low)).cell.lane0(), last = glassAxis(Float<1>(high)).cell.lane0() + 1;
-  for (int e = first; e <= last; ++e) {
-    if (ready[e].load(std::memory_order_acquire)) continue;
-    const std::lock_guard<std::mutex> lock(building);
-    if (ready[e].load(std::memory_order_relaxed)) continue;
-    buildGlassEnergy(table, e);
-    ready[e].store(true, std::memory_order_release);
-  }
+  const auto roughAxis = [](float r) { return TableAxis<1>(Float<1>(r), GlassEnergy::kRough).cell.lane0(); };
+  const int firstIndex = glassAxis(Float<1>(index.low)).cell.lane0();
+  const int lastIndex = glassAxis(Float<1>(index.high)).cell.lane0() + 1;
+  const int firstRough = roughAxis(roughness.low), lastRough = roughAxis(roughness.high) + 1;
+  for (int e = firstIndex; e <= lastIndex; ++e)
+    for (int r = firstRough; r <= lastRough; ++r) {
+      if (ready[e][r].load(std::memory_order_acquire)) continue;
+      const std::lock_guard<std::mutex> lock(building);
+      if (ready[e][r].load(std::memory_order_relaxed)) continue;
+      buildGlassEnergy(table, e, r);
+      ready[e][r].store(true, std::memory_order_release);
+    }
   return table;
 }
 

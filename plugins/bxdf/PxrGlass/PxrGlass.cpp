@@ -104,7 +104,7 @@ struct PxrGlass {
     if (c.traits & kTraitWalkable) g.walkIor = c.param(kMwIor);
     g.bump = bindNormal(c, k, kBumpNormal, -1);
     k.bumped = g.bump == 0;
-    k.glassEnergy = glassTable(c, g.ior);
+    k.glassEnergy = glassTable(c, g);
   }
   static void interior(const Context* c, const InteriorArgs* a) {
     copyFloat(c->param(kIor), c->padded, a->ior);

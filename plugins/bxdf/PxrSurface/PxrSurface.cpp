@@ -75,7 +75,7 @@ void bindGlass(const Context& c, Closure& k, int bump) {
   if (c.traits & kTraitWalkable) g.walkIor = c.param(at("mwIor"));
   bindAnisotropy(c, g.anisotropy, at("glassAnisotropy"), at("glassAnisotropyDirection"));
   g.bump = bindNormal(c, k, at("glassBumpNormal"), bump);
-  if (!g.thin) k.glassEnergy = glassTable(c, g.ior);
+  if (!g.thin) k.glassEnergy = glassTable(c, g);
 }
 void bindSubsurface(const Context& c, Closure& k) {
   SubsurfaceClosure& s = k.subsurface;

@@ -239,7 +239,7 @@ class TreeBuilder {
       k_.reflectionEnergy = &reflectionEnergyTable();
       return;
     }
-    l.glassEnergy = glassTable(c_, ior);
+    l.glassEnergy = glassTable(c_, g);
     if (k_.glass < 0) k_.glass = int(k_.leafCount) - 1;
   }
   // Schlick's between two colours.

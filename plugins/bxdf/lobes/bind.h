@@ -38,16 +38,22 @@ inline void bindAnisotropy(const Context& c, lobes::AnisotropyClosure& a, uint32
   a.direction = c.param(direction);
   a.directed = !isZero(a.direction);
 }
-// The table of glass for the relative indices of a context.
-inline const GlassEnergy* glassTable(const Context& c, const Value& ior) {
-  float low = 1e30f, high = 1;
+// The table of glass for the relative indices and the roughnesses of a context.
+inline const GlassEnergy* glassTable(const Context& c, const lobes::GlassClosure& g) {
+  TableBounds index{1e30f, 1}, roughness{1, 0};
+  const auto extend = [](TableBounds& b, float x) {
+    b.low = x < b.low ? x : b.low;
+    b.high = x > b.high ? x : b.high;
+  };
+  const auto at = [](const Value& v, uint32_t i) { return v.data[0][v.stride ? i : 0]; };
+  const auto extendRoughness = [&](float r) { extend(roughness, r > 0 ? (r < 1 ? r : 1) : 0); };
   for (uint32_t i = 0; i < c.count; ++i) {
-    const float inside = ior.data[0][ior.stride ? i : 0], outside = c.outerIor[i];
-    const float m = inside > outside ? inside / outside : outside / inside;
-    low = m < low ? m : low;
-    high = m > high ? m : high;
+    const float inside = at(g.ior, i), outside = c.outerIor[i];
+    extend(index, inside > outside ? inside / outside : outside / inside);
+    extendRoughness(at(g.roughness, i));
+    if (const float own = at(g.refractionRoughness, i); own >= 0) extendRoughness(own);
   }
-  return &glassEnergyTable(low, high);
+  return &glassEnergyTable(index, roughness);
 }
 
 }  // namespace
