@@ -166,11 +166,11 @@ class Bidirectional {
       arrivals_.from(i, way / reach, reach.lane0(), c.slotCount * end.slotCount);
       for (uint32_t l = 0; l < c.slotCount; ++l)
         for (uint32_t m = 0; m < end.slotCount; ++m)
-          arrivals_.add(
-              arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) *
-                  Float<1>(at.factorOf(end.eventOfSlot[m])),
-              stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), end.eventOfSlot[m], at),
-              at.light);
+          arrivals_.add(arriving * V::load(e.weight[l], i) * V::load(f.weight[m], j) *
+                            Float<1>(at.factorOf(end.eventOfSlot[m])),
+                        stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]),
+                                  end.eventOfSlot[m], at.tail),
+                        at.light);
     }
     arrivals_.send();
   }

@@ -318,10 +318,15 @@ enum class BelowSurface : uint32_t {
 };
 
 // The automaton over light path expressions: an integrator keeps a state for each path and steps it at each event.
+// Expressions are read from the camera, so a path from a light keeps a tail instead, what its events do to the state of
+// a camera path that it is joined to: 0 at the light, stepped at each vertex that the path leaves.
 struct PathStates {
   const uint32_t* next;  // [state * eventCount + event]
   uint32_t eventCount;
-  uint32_t start;  // after "C"
+  uint32_t start;            // after "C"
+  const uint32_t* nextTail;  // [tail * eventCount + event]; this and the next: where an integrator has light paths
+  const uint32_t* end;       // [tail * stateCount + state]: the state behind all events of the tail
+  uint32_t stateCount;
 };
 
 // Where manifold walks go (kinora/manifold.h): places on lights with cheapCaustics, whatever side of them a point may

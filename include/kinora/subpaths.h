@@ -15,13 +15,12 @@
 namespace kinora {
 // A vertex of a light path, put aside for others to connect to.
 struct PathVertex {
-  static constexpr uint32_t kMostBefore = 15;  // vertices before it of which events are kept
   VertexRecord vertex;
   float throughput[3];
-  uint32_t light;                    // where the path began
-  float factor[2];                   // of the light on diffuse and on specular slots here: 1 after the first vertex
-  uint32_t before;                   // how many vertices of the path were before it
-  uint16_t events[kMostBefore + 1];  // there, from the light on
+  uint32_t light;   // where the path began
+  float factor[2];  // of the light on diffuse and on specular slots here: 1 after the first vertex
+  uint32_t before;  // how many vertices of the path were before it
+  uint32_t tail;    // of their events, see PathStates
   float factorOf(uint32_t event) const { return factor[event & 1]; }
 };
 }  // namespace kinora
@@ -61,12 +60,9 @@ inline EvaluateArgs evaluateBxdf(const Context& c, const float* const wi[3]) {
 inline uint32_t stepState(const PathStates& paths, uint32_t state, uint32_t event) {
   return paths.next[state * paths.eventCount + event];
 }
-// The state after a connection: an event at its vertex of the light path, and those at the vertices before, read from
-// the camera.
-inline uint32_t stepState(const PathStates& paths, uint32_t state, uint32_t event, const PathVertex& end) {
-  state = stepState(paths, state, event);
-  for (uint32_t b = end.before; b-- > 0;) state = stepState(paths, state, end.events[b]);
-  return state;
+// The state after a connection: an event, and those of a tail.
+inline uint32_t stepState(const PathStates& paths, uint32_t state, uint32_t event, uint32_t tail) {
+  return paths.end[tail * paths.stateCount + stepState(paths, state, event)];
 }
 
 // The paths of a group, by slot. Each step is trace(), shade(), and scatter() for each context.
@@ -85,7 +81,6 @@ class Subpaths {
     live = words(n);
     if (!(traits_ & kTraitLightPath)) return;
     began_ = floats(n);
-    events_ = static_cast<uint16_t*>(sv_->alloc(g_, n * PathVertex::kMostBefore * sizeof(uint16_t)));
   }
 
   // Camera rays of all samples.
@@ -121,6 +116,7 @@ class Subpaths {
     for (uint32_t i = 0; i < g_->count; ++i) {
       for (int c = 0; c < 3; ++c) throughput[c][i] = rays.throughput[c][i];
       began_[i] = maxComponent(Vec3<1>::load(throughput, i)).lane0();
+      state[i] = 0;
       g_->paths.origin[i] = 0;
       live[count] = i;
       count += throughput[0][i] + throughput[1][i] + throughput[2][i] > 0;
@@ -223,17 +219,14 @@ class Subpaths {
     sv_->keepVertices(g_, &c, c.count, points, records);
     for (uint32_t i = 0; i < c.count; ++i) {
       const uint32_t s = c.path[i];
-      const uint32_t before = std::min(depth, PathVertex::kMostBefore);
-      out[i] = {records[i], {throughput[0][s], throughput[1][s], throughput[2][s]}, light[s], {1, 1}, before, {}};
+      out[i] = {records[i], {throughput[0][s], throughput[1][s], throughput[2][s]}, light[s], {1, 1}, depth,
+                state[s]};
       if (!depth)
         for (int k = 0; k < 2; ++k) out[i].factor[k] = factor_[k][s];
-      std::copy_n(events_ + s * PathVertex::kMostBefore, before, out[i].events);
     }
     return out;
   }
-  // Of light paths, by slot: events at the vertices so far, and the light's factors on diffuse (0) and specular slots of
-  // the first one.
-  const uint16_t* eventsOf(uint32_t slot) const { return events_ + slot * PathVertex::kMostBefore; }
+  // Of light paths, by slot: the light's factors on diffuse (0) and specular slots of the first vertex.
   float factorOf(uint32_t slot, int k) const { return factor_[k][slot]; }
   // Lanes of light paths that mirrors or lenses send on which do not show their light.
   Mask<W> unseen(const Slots<W>& s, Int<W> flags) const {
@@ -248,7 +241,7 @@ class Subpaths {
     return Int<W>::load(is) != Int<W>(0);
   }
   // New directions from the points of a context, one each, in memory of the group; slot is kNoLobe where the path
-  // ends. Rays, throughputs, states and events are those of the next step.
+  // ends. Rays, throughputs and states are those of the next step.
   // lightParts: light samples that were taken at the points, where media emit.
   GenerateArgs scatter(const Context& c, uint32_t depth, uint32_t lightParts = 1) {
     using F = Float<W>;
@@ -311,12 +304,8 @@ class Subpaths {
       s.put(on, F(1e30f), r.tMax);
       s.put(on, F::load(c.radius + i), r.radius);
       s.put(on, F::load(c.spread + i), r.spread);
-      if (events_ && depth < PathVertex::kMostBefore)
-        for (uint32_t b = on.bits(); b; b &= b - 1) {
-          const uint32_t point = i + uint32_t(__builtin_ctz(b));
-          events_[c.path[point] * PathVertex::kMostBefore + depth] = c.eventOfSlot[a.slot[point]];
-        }
-      if (!events_) s.put(on, gather(sv_->paths.next, s.get(state) * Int<W>(sv_->paths.eventCount) + what), state);
+      const uint32_t* next = traits_ & kTraitLightPath ? sv_->paths.nextTail : sv_->paths.next;
+      s.put(on, gather(next, s.get(state) * Int<W>(sv_->paths.eventCount) + what), state);
       const auto bit = [&](Mask<W> m, uint32_t b) { return select(m, Int<W>(b), Int<W>(0)); };
       const Mask<W> transmits = (flags & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
       s.put(on,
@@ -335,7 +324,7 @@ class Subpaths {
   }
 
   float* throughput[3];
-  uint32_t* state;            // of the light path automaton; camera paths only
+  uint32_t* state;            // PathStates: of camera paths the state, of light paths the tail
   uint32_t* light = nullptr;  // where light paths began, by slot
   uint32_t* live;             // slots of the paths that live
   uint32_t count = 0;
@@ -356,7 +345,6 @@ class Subpaths {
   float* medium_[3];
   float* againstLights_ = nullptr;  // RayList::againstLights; null where nothing in space emits
   float* began_ = nullptr;          // largest component of the throughput that light paths began with, by slot
-  uint16_t* events_ = nullptr;      // by slot, PathVertex::kMostBefore each
 };
 
 // Light on its way to points of contexts of one depth: values, each behind one of the shadow rays. What does not fit

@@ -98,7 +98,7 @@ std::optional<PathExpression> LightPaths::parse(std::string_view source, PathSyn
   return e;
 }
 
-LightPaths::LightPaths(const std::vector<std::string>& sources, bool needSplit, LobeNumbers lobes)
+LightPaths::LightPaths(const std::vector<std::string>& sources, bool needSplit, LobeNumbers lobes, bool hasLightStage)
     : lobes_(std::move(lobes)), lights_(sources.size(), PathLight::AsItArrives), userLobes_(sources.size(), 0) {
   std::vector<PathExpression> list;
   std::vector<uint16_t> sourceOf;
@@ -126,6 +126,7 @@ LightPaths::LightPaths(const std::vector<std::string>& sources, bool needSplit, 
     userLobes_[sourceOf[i]] = automaton_.userLobes(i);
     if (!automaton_.matches(i)) unmatched_.push_back(sourceOf[i]);
   }
+  if (hasLightStage) tails_ = PathTails(automaton_);
   outputs_.resize(size_t(stateCount()) * ends());
   for (uint32_t s = 0; s < stateCount(); ++s)
     for (uint32_t e = 0; e < ends(); ++e)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "film/path_automaton.h"
+#include "film/path_tails.h"
 #include "scene/parameters.h"
 
 namespace kinora::film {
@@ -35,10 +36,16 @@ enum class PathLight : uint8_t { AsItArrives, Unoccluded, Blocked };
 class LightPaths {
  public:
   // `sources` are the record entries to fill: expressions ("lpe:C<RD>L") or names of the standard set; others are
-  // ignored. needSplit: diffuse and specular must be told apart for other reasons (lights with different factors).
-  LightPaths(const std::vector<std::string>& sources, bool needSplit, LobeNumbers lobes = {});
+  // ignored. needSplit: diffuse and specular must be told apart for other reasons (lights with different factors);
+  // hasLightStage: there are paths from lights, which want tails.
+  LightPaths(const std::vector<std::string>& sources, bool needSplit, LobeNumbers lobes = {},
+             bool hasLightStage = false);
 
-  PathStates states() const { return {automaton_.table().data(), automaton_.events(), automaton_.start()}; }
+  PathStates states() const {
+    return {automaton_.table().data(), automaton_.events(), automaton_.start(),
+            tails_.next().data(),      tails_.end().data(), automaton_.states()};
+  }
+  const PathTails& tails() const { return tails_; }
   // Event of a lobe; bit 0 says specular. `surface`: the object's lpegroup.
   uint16_t event(uint32_t lobeFlags, std::string_view lobe = {}, std::string_view surface = {}) const;
   // True when objects' lpegroups are told apart: then they are part of what makes a shading program.
@@ -69,6 +76,7 @@ class LightPaths {
   int labelOf(std::string_view text) const;
   LobeNumbers lobes_;
   PathAutomaton automaton_;
+  PathTails tails_;
   std::vector<std::vector<uint16_t>> outputs_;  // by state and end
   std::vector<PathLight> lights_;
   std::vector<uint32_t> userLobes_;

@@ -35,6 +35,11 @@ void warnOfPaths(const FramePlan& f, const scene::Scene& scene, Diagnostics& dia
           "LPE-EMPTY", scene.pos, what + "matches no light path", "its channel stays black",
           "paths end with L, a light, or O, a glowing surface or a light that the camera sees itself");
   }
+  if (f.paths->tails().isTooLarge())
+    diagnostics.warning("LPE-SIZE", scene.pos,
+                        "the light path expressions together tell too many paths from the lights apart",
+                        "some of their light goes to channels as if it had met fewer surfaces",
+                        "fewer repetitions ({n,m}), labels and channels need less");
 }
 
 void makeRatios(const scene::Scene& scene, Diagnostics& diagnostics, FramePlan& plan) {
@@ -97,14 +102,15 @@ std::unique_ptr<FramePlan> planFrame(const scene::Scene& scene, const Settings& 
   f.record = planRecord(f.displays.layout);
   Hasher h;
   h.digest(scene::digestOf(scene.options));
-  h.word(needsSplit);
+  h.word(uint64_t(needsSplit) | uint64_t(hasLightStage) << 1);
   for (const std::string& source : f.record.sources) h.text(source);
   f.ofPaths = h.result();
   // materials are bound to light paths: the same ones stay
   if (before && before->ofPaths == f.ofPaths)
     f.paths = before->paths;
   else
-    f.paths = std::make_shared<film::LightPaths>(f.record.sources, needsSplit, film::LobeNumbers(scene.options));
+    f.paths = std::make_shared<film::LightPaths>(f.record.sources, needsSplit, film::LobeNumbers(scene.options),
+                                                 hasLightStage);
   addUserLobes(*f.paths, f.record);
   warnOfPaths(f, scene, diagnostics);
   makeRatios(scene, diagnostics, f);

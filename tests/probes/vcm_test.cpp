@@ -165,23 +165,48 @@ TEST(Vcm, RadiiOutsideTheirRangeAreTold) {
   }
 }
 
-// Paths from both sides end after 15 indirect bounces: who asks for more is told, whichever integrator they belong to.
-TEST(Vcm, MoreBouncesThanBothSidesHaveAreTold) {
-  const std::string text = room(kPoint, kGrey);
-  const auto said = [&](const char* integrator, const char* bounces, const char* lightPaths) {
-    Workshop stage;
-    render::Settings s;
-    s.samplesPerPixel = 1;
-    s.integrator = integrator;
-    s.sets.emplace_back("integrator.maxIndirectBounces", bounces);
-    if (lightPaths) s.sets.emplace_back("integrator.traceLightPaths", lightPaths);
-    pictureOf(*stage.load(sceneOf(text, stage.messages), s));
-    return stage.said;
+// A point light in the middle of a ball that is white inside: each bounce gives the same everywhere, so that the picture
+// is a geometric series, and so is what channels of long paths have of it. With connections light paths have their share
+// of all lengths.
+TEST(Vcm, FollowsManyBouncesAndTheirExpressions) {
+  constexpr double kWhite = 0.95;
+  constexpr int kBounces = 60, kLong = 21;
+  const std::string text = R"(
+Hider "raytrace" "int maxsamples" [4]
+Display "probe.exr" "openexr" "Ci,a,indirect,ball,key"
+DisplayChannel "color ball" "string source" ["lpe:C[DS]{22,}<L.>"]
+DisplayChannel "color key" "string source" ["lpe:C[DS]{5}<L.>"]
+Format 32 32 1
+PixelFilter "box" 1 1
+Projection "perspective" "fov" [60]
+Translate 0 0 0.5
+WorldBegin
+  Light "PointLight" "lamp" "float intensity" [1]
+  Bxdf "PxrDiffuse" "white" "color diffuseColor" [0.95 0.95 0.95]
+  Sphere 2 -2 2 360
+WorldEnd
+)";
+  const auto sum = [](int from, int to) {  // of k-th powers
+    return (std::pow(kWhite, from) - std::pow(kWhite, to + 1)) / (1 - kWhite);
   };
-  EXPECT_NE(said("PxrVCM", "16", nullptr).find("15 indirect bounces at most, not 16"), std::string::npos);
-  EXPECT_NE(said("PxrUnified", "200", "1").find("15 indirect bounces at most, not 200"), std::string::npos);
-  EXPECT_EQ(said("PxrVCM", "15", nullptr), "");
-  EXPECT_EQ(said("PxrUnified", "200", "0"), "");
+  Workshop stage;
+  const double one = renderAll(stage, text, pathTracer(0), 1, 1).at("Ci").mean();
+  ASSERT_GT(one, 0.01);
+  for (const bool connects : {true, false})
+    for (const bool merges : {true, false}) {
+      if (!connects && !merges) continue;
+      const Pictures p = renderAll(stage, text, vcm(connects, merges, 5, kBounces), 10, 4);
+      const auto expectOf = [&](const char* channel, double of) {
+        const TileMoments& m = p.at(std::string(channel) + ", whole");
+        EXPECT_NEAR(m.mean() / one, of, 0.004 * of + 4 * m.tiles[0].standardError() / one)
+            << channel << (connects ? ", connects" : "") << (merges ? ", merges" : "");
+        EXPECT_LT(m.tiles[0].standardError(), 0.03 * m.mean()) << channel;
+      };
+      expectOf("Ci", sum(0, kBounces));
+      expectOf("indirect", sum(1, kBounces));
+      expectOf("ball", sum(kLong, kBounces));
+      expectOf("key", sum(4, 4));
+    }
 }
 
 // A point light in a shell of glass that hardly refracts, seen through a pane of it: what no technique but merging finds

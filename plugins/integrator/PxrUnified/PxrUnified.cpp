@@ -150,7 +150,7 @@ struct Data {
     const float threshold = float(v.number("rouletteThreshold")), most = float(v.number("indirectClamp"));
     const uint32_t depth = from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1);
     forward.maxIndirectBounces = from::count(info, kMaxBounces, 0, 1000);
-    both.bounces = isForward ? 0 : from::bouncesOfBoth(v, forward.maxIndirectBounces, PathVertex::kMostBefore);
+    both.bounces = isForward ? 0 : forward.maxIndirectBounces;
     forward.lightSamples = both.lightSamples = from::count(info, kLightSamples, 0, 1024);
     forward.indirectSamples = from::count(info, kIndirectSamples, 1, 1024);
     forward.clampLuminance = both.clampLuminance = most;

@@ -24,7 +24,7 @@ struct Beam {
   uint32_t verticesBefore;  // those of the path before a vertex on it
   uint32_t medium;          // of points; kNoMedium: a beam
   float factor[2];          // as of PathVertex
-  uint16_t events[16];
+  uint32_t tail;            // of the events at these vertices, see PathStates
   static constexpr uint32_t kNoMedium = 0xffffffffu;
   bool isPoint() const { return medium != kNoMedium; }
   float factorOf(uint32_t event) const { return factor[event & 1]; }

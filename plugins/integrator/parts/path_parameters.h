@@ -153,15 +153,6 @@ inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uin
   const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
   return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
 }
-// Of paths from both sides, whose vertices keep the events of so many before them.
-inline uint32_t bouncesOfBoth(const NamedValues& values, uint32_t asked, uint32_t most) {
-  if (asked > most)
-    values.warn("PARAM-RANGE",
-                "paths from both sides have " + std::to_string(most) + " indirect bounces at most, not " +
-                    std::to_string(asked),
-                "light that takes more is missing");
-  return std::min(asked, most);
-}
 inline ManifoldOptions manifold(const NamedValues& values) {
   ManifoldOptions o;
   const float walk = within(values, kManifoldWalk), interfaces = within(values, kMaxInterfaces);

@@ -187,7 +187,6 @@ class Beams {
     float t, s;      // distances along the ray and the beam
     float distance;  // between the two
   };
-  static_assert(std::size(Beam{}.events) == PathVertex::kMostBefore + 1);
 
   template <class T>
   T* make(uint32_t n) const {
@@ -200,7 +199,7 @@ class Beams {
     b.verticesBefore = depth;
     b.medium = Beam::kNoMedium;
     for (int k = 0; k < 2; ++k) b.factor[k] = depth ? 1.f : paths_.factorOf(slot, k);
-    std::copy_n(paths_.eventsOf(slot), std::min(depth, PathVertex::kMostBefore), b.events);
+    b.tail = paths_.state[slot];
     return b;
   }
 
@@ -392,12 +391,9 @@ class Beams {
     if (!(maxComponent(v).lane0() > 0)) return;
     if (depth + b.verticesBefore + 2 > o_.clampDepth) v = v * factorToLuminance(v, Float<1>(o_.clampLuminance));
     if (count_ == kRoom) send();
-    uint32_t state = stepState(sv_->paths, paths_.state[slot], event);
-    for (uint32_t k = std::min(b.verticesBefore, PathVertex::kMostBefore); k-- > 0;)
-      state = stepState(sv_->paths, state, b.events[k]);
     v.store(value_, count_);
     slot_[count_] = slot;
-    state_[count_] = state;
+    state_[count_] = stepState(sv_->paths, paths_.state[slot], event, b.tail);
     light_[count_++] = b.light;
   }
   void send() {

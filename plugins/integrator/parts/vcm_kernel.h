@@ -58,11 +58,11 @@ class Vcm {
     paths_.startAtLights();
     const uint32_t n = g_->count;
     most_ = o_.bounces + (o_.mergesAny() ? 1 : 0);
-    kept_ = make<Stored>(n * most_);
-    keptCount_ = make<uint32_t>(n);
-    std::fill_n(keptCount_, n, 0u);
-    const MemoryMark mark = sv_->markMemory(g_);
+    newest_ = make<Kept*>(n);
+    std::fill_n(newest_, n, nullptr);
     for (uint32_t depth = 0; paths_.count && depth <= o_.bounces; ++depth) {
+      room_ = depth < most_ ? make<Kept>(paths_.count) : nullptr;
+      const MemoryMark mark = sv_->markMemory(g_);
       Context* const* contexts;
       paths_.trace(depth);
       beams_.keepWays(depth);
@@ -138,36 +138,38 @@ class Vcm {
         const float extinction = near.extinction[k] ? near.extinction[k][i] : 1.f;
         passes[k] = extinction > 0 ? v.throughput[k] / extinction : 0.f;
       }
-      kept_[s * most_ + keptCount_[s]++] = {
-          v,
-          x,
-          {{c.P[0][i], c.P[1][i], c.P[2][i]},
-           {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
-           {passes[0], passes[1], passes[2]},
-           x.edge * x.last,
-           x.before,
-           c.time[i],
-           near.radius ? near.radius[i] : 0.f,
-           v.light,
-           v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors),
-           isInSpace ? c.place.instance[i] : Photon::kNoMedium},
-          near.merges ? near.merges[i] : 0.f,
-          near.merges ? near.crossings[i] : 0.f,
-          0};
+      *room_ = {{v,
+                 x,
+                 {{c.P[0][i], c.P[1][i], c.P[2][i]},
+                  {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
+                  {passes[0], passes[1], passes[2]},
+                  x.edge * x.last,
+                  x.before,
+                  c.time[i],
+                  near.radius ? near.radius[i] : 0.f,
+                  v.light,
+                  v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors),
+                  isInSpace ? c.place.instance[i] : Photon::kNoMedium},
+                 near.merges ? near.merges[i] : 0.f,
+                 near.merges ? near.crossings[i] : 0.f,
+                 0},
+                newest_[s]};
+      newest_[s] = room_++;
     }
   }
   // What camera paths will ask for: of each path the vertices that are connected, and where they are merged all.
   void store() {
     constexpr uint32_t kTogether = 128;
-    Stored* out = make<Stored>(kTogether);
+    Stored *out = make<Stored>(kTogether), **path = make<Stored*>(most_);
     uint32_t *slots = make<uint32_t>(kTogether), n = 0;
     const auto send = [&] {
       if (n) sv_->append(g_, 0, n, slots, out);
       n = 0;
     };
     for (uint32_t s = 0; s < g_->count; ++s) {
-      Stored* path = kept_ + s * most_;
-      const uint32_t count = keptCount_[s];
+      uint32_t count = 0;
+      for (Kept* k = newest_[s]; k; k = k->earlier) path[count++] = &k->stored;
+      std::reverse(path, path + count);
       if (o_.connects && count) {
         Float<1> u, unused;
         draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
@@ -176,11 +178,11 @@ class Vcm {
       }
       const bool merged = near_.isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {
-        if (!merged && !(path[v].probability > 0)) continue;
+        if (!merged && !(path[v]->probability > 0)) continue;
         if (n == kTogether) send();
-        if (!merged) path[v].photon.radius = 0;
+        if (!merged) path[v]->photon.radius = 0;
         slots[n] = s;
-        out[n++] = path[v];
+        out[n++] = *path[v];
       }
     }
     send();
@@ -245,7 +247,7 @@ class Vcm {
         if (!(maxComponent(v).lane0() > 0)) continue;
         v.store(value, m);
         for (int k = 0; k < 2; ++k) raster[k][m] = camera.raster[k][i];
-        state[m] = stepState(sv_->paths, sv_->paths.start, event, at);
+        state[m] = stepState(sv_->paths, sv_->paths.start, event, at.tail);
         light[m++] = at.light;
       }
     }
@@ -437,7 +439,7 @@ class Vcm {
         e.edge[to] = x.sums.edge;
         e.merges[to] = x.merges;
         e.crossings[to] = x.crossings;
-        e.at[to] = &x.at;
+        e.tail[to] = x.at.tail;
         records[count] = x.at.vertex;
         endOf[count++] = to;
         to += room;
@@ -613,7 +615,7 @@ class Vcm {
           for (int x = 0; x < 3; ++x)
             part[x][lane] = end.bxdf.weight[m][x][ends_.point[at]] * ends_.factor[event & 1][at];
           state[lane] =
-              stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), event, *ends_.at[at]);
+              stepState(sv_->paths, stepState(sv_->paths, paths_.state[s], c.eventOfSlot[l]), event, ends_.tail[at]);
           light[lane] = ends_.light[at];
         }
         const Vec3<W> v =
@@ -675,9 +677,14 @@ class Vcm {
   bool
       connectsCamera_;  // not where unshadowed light is wanted: splats do not know what would have been without shadows
   PathDensities sums_;
-  // vertices of light paths until these end, by slot, room for most_ each
-  Stored* kept_ = nullptr;
-  uint32_t *keptCount_ = nullptr, most_ = 0;
+  // Vertices of light paths until these end, each with the one before it; by slot the newest.
+  struct Kept {
+    Stored stored;
+    Kept* earlier;
+  };
+  Kept** newest_ = nullptr;
+  Kept* room_ = nullptr;  // for the vertices of this depth; null where they are not kept
+  uint32_t most_ = 0;     // of a path
   Arrivals<W> arrivals_;
   vcm::Ends ends_{};
   EndContext* endContexts_ = nullptr;

@@ -120,7 +120,7 @@ class Merged {
         if (p.hasFactors()) x = x * Float<1>(at.factorOf(event));
         if (clamps && c_.depth + p.verticesBefore() + 2 > o_.clampDepth)
           x = x * factorToLuminance(x, Float<1>(o_.clampLuminance));
-        put(x, s, readsEvents_ ? stepState(sv_->paths, from_, event, at) : state, p.light);
+        put(x, s, readsEvents_ ? stepState(sv_->paths, from_, event, at.tail) : state, p.light);
       }
     }
     count_ = 0;

@@ -93,35 +93,38 @@ inline constexpr uint32_t kConnected = 2;
 
 // Draws them, each with a probability in proportion to what it carries and to how many vertices of camera paths it may
 // be connected to; at most 1. u: random. kept: share of paths that any are drawn of.
-inline void drawEnds(Stored* path, uint32_t count, uint32_t bounces, float kept, float u) {
+inline void drawEnds(Stored* const* path, uint32_t count, uint32_t bounces, float kept, float u) {
   if (!(u < kept)) return;
   u = std::min(u / kept, 0x1.fffffep-1f);
   if (count <= kConnected) {
-    for (uint32_t v = 0; v < count; ++v) path[v].probability = kept;
+    for (uint32_t v = 0; v < count; ++v) path[v]->probability = kept;
     return;
   }
-  float share[PathVertex::kMostBefore + 1], sum = 0, left = kConnected;
+  // until it is known, the place of a vertex' probability holds its share
+  float sum = 0, left = kConnected;
   for (uint32_t v = 0; v < count; ++v) {
-    const float* t = path[v].at.throughput;
-    share[v] = std::max(t[0], std::max(t[1], t[2])) * float(bounces - v);
-    sum += share[v];
+    const float* t = path[v]->at.throughput;
+    path[v]->probability = std::max(t[0], std::max(t[1], t[2])) * float(bounces - v);
+    sum += path[v]->probability;
   }
   // those that would be drawn more than once are drawn for certain, the others share what is left
   for (uint32_t v = 0; v < count && left > 1; ++v) {
-    if (!(share[v] * left > sum)) continue;
-    sum -= share[v];
-    share[v] = -1;
+    float& share = path[v]->probability;
+    if (!(share * left > sum)) continue;
+    sum -= share;
+    share = -1;
     --left;
     v = uint32_t(-1);
   }
   uint32_t n = 0;
   float upTo = 0;
-  for (uint32_t v = 0; v < count && n < kConnected; ++v) {
-    const float p = share[v] < 0 ? 1.f : std::min(share[v] * left / sum, 1.f);
+  for (uint32_t v = 0; v < count; ++v) {
+    float& share = path[v]->probability;
+    const float p = share < 0 ? 1.f : std::min(share * left / sum, 1.f);
     upTo += p;
-    if (!(p > 0 && u + float(n) < upTo)) continue;
-    path[v].probability = p * kept;
-    ++n;
+    const bool isDrawn = n < kConnected && p > 0 && u + float(n) < upTo;
+    share = isDrawn ? p * kept : 0;
+    n += isDrawn;
   }
 }
 
@@ -130,13 +133,12 @@ inline void drawEnds(Stored* path, uint32_t count, uint32_t bounces, float kept,
 struct Ends {
   static constexpr uint32_t kNone = 1u << 20;
   uint32_t room;
-  uint32_t *before, *light;  // before: vertices of the light path before it; kNone: there is no such end
+  uint32_t *before, *light, *tail;  // before: vertices of the light path before it; kNone: there is no such end
   float *P[3], *throughput[3], *factor[2];  // throughput: over the probability of having been drawn
   float *last, *earlier, *edge, *merges;    // PathSums; Neighbourhoods::Of, as the next
   float *crossings, *through;               // PathDensities::throughVertex, for that direction
-  const PathVertex** at;
-  float* back[3];   // unit, to the vertex that it was connected to last
-  float* start[3];  // where a ray that way leaves it
+  float* back[3];                           // unit, to the vertex that it was connected to last
+  float* start[3];                          // where a ray that way leaves it
   // what its bxdf says of that direction
   float *value[3], *pdf, *reverse, *cosine;
   uint32_t *context, *point;
@@ -146,13 +148,12 @@ struct Ends {
   void makeRoom(uint32_t each, const Make& make) {
     room = each;
     const uint32_t all = kConnected * room;
-    for (uint32_t** x : {&before, &light, &context, &point}) make(*x, all);
+    for (uint32_t** x : {&before, &light, &tail, &context, &point}) make(*x, all);
     for (float** x :
          {&last, &earlier, &edge, &merges, &crossings, &through, &factor[0], &factor[1], &pdf, &reverse, &cosine})
       make(*x, all);
     for (int k = 0; k < 3; ++k)
       for (float** x : {&P[k], &throughput[k], &back[k], &start[k], &value[k]}) make(*x, all);
-    make(at, all);
     std::fill_n(before, all, kNone);
   }
 };
