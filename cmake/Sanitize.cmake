@@ -4,6 +4,7 @@
 set(KINORA_SANITIZERS -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
 if(KINORA_SANITIZE)
   add_link_options(-fsanitize=address,undefined)
+  add_compile_definitions(KINORA_SANITIZED)  # also where the file itself is not watched
   if(NOT KINORA_SANITIZE STREQUAL "HOST")
     add_compile_options(${KINORA_SANITIZERS})
   endif()

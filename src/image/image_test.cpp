@@ -17,7 +17,7 @@
 #include <optional>
 #include <random>
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef KINORA_SANITIZED
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -226,7 +226,7 @@ TEST_F(ImageFile, EachFormatIsWrittenAndRead) {
 // OpenImageIO 2.4's PNG reader loses the string of its error message on every broken file (libpng leaves by longjmp);
 // that leak is not ours to find.
 struct IgnoreLibraryLeaks {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef KINORA_SANITIZED
   __lsan::ScopedDisabler disabled;
 #endif
   ~IgnoreLibraryLeaks() {}

@@ -310,7 +310,7 @@ TEST(BadInput, DeepNesting) {
 
 // The program's memory is held to half a gigabyte: what is in the pipe is not kept.
 TEST(BadInput, AGigabyteOfBracketsThroughAPipe) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef KINORA_SANITIZED
   GTEST_SKIP() << "the sanitizer maps terabytes of its own";
 #endif
   Workplace w;

@@ -107,7 +107,7 @@ TEST_F(ShaderScale, TenThousandInstancesShareOneProgram) {
   EXPECT_EQ(alike.renderer().statistics().materials, 1u);
   // what the squares need is there both times; the rest is what the scene says, by far: three nodes, eight parameters
   const int64_t grown = int64_t(end - middle) - int64_t(middle - start);
-#ifndef __SANITIZE_ADDRESS__  // whose own memory is in it
+#ifndef KINORA_SANITIZED  // whose own memory is in it
   EXPECT_LE(grown / kInstances, 2560);
 #endif
   const render::Statistics& s = many.renderer().statistics();

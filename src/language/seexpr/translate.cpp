@@ -16,6 +16,7 @@ namespace {
 constexpr uint32_t kMostStatements = 8000;
 constexpr size_t kMostKnots = 256;
 constexpr uint32_t kLongestChain = 600;  // a + b + c ... nests to the left, without brackets
+constexpr uint32_t kMostCalls = 150;     // one in the argument of another: they take most of the stack
 
 enum class Type : uint8_t { Number, Vector, String };
 
@@ -295,6 +296,8 @@ class Translator {
     return list;
   }
   Value call(const Node& n) {
+    const Deeper level{++calls_};
+    if (calls_ > kMostCalls) fail(n, "more than " + std::to_string(kMostCalls) + " calls in each other");
     if (const Function* f = findFunction(n.text)) return plainCall(n, *f);
     if (n.text == "noise") return noise(n);
     if (n.text == "hash") return hashed(arguments(n, 1, 16));
@@ -445,7 +448,7 @@ class Translator {
   const Tree& tree_;
   const std::vector<Input>& inputs_;
   std::string declarations_, code_;
-  uint32_t count_ = 0, depth_ = 0;
+  uint32_t count_ = 0, depth_ = 0, calls_ = 0;
   Place place_;
   std::map<std::string, Value> variables_, given_;
   std::set<std::string> owned_;  // variables that assignments may write to
