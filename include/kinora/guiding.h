@@ -192,6 +192,9 @@ struct ChosenDirections {
   uint32_t* guided = nullptr;  // 1: resampled
   float* radiance = nullptr;  // behind the first vertex: expected from there; below 0: not known. Null: nowhere known
   float* reference = nullptr;  // at the first vertex: see Guides. Null: nowhere known
+  // Whether what is expected may end a path that its throughput would not: behind the first samples, where much of what
+  // was learned is by chance and many frames stop to be guided. In these it keeps paths alone.
+  bool endsPaths = false;
   KN_INLINE Float<W> at(uint32_t i, Float<W> pdf) const {
     return inverse ? Float<W>::load(inverse + i) : Float<W>(1.f) / max(pdf, Float<W>(1e-38f));
   }
@@ -241,6 +244,7 @@ ChosenDirections<W> guideDirections(Group* group, const Services* services, cons
   if (known.none()) return {};
   // roulette begins behind the first vertex
   ChosenDirections<W> out;
+  out.endsPaths = state.isTried;
   (depth ? out.radiance : out.reference) = floats();
   float* learned = floats();  // density() of the bxdf's direction
   for (uint32_t i = 0; i < c.padded; i += W) {

@@ -217,7 +217,8 @@ class PathLoop {
           if (isLearned) {
             const F expected = F::load(chosen.radiance + i), brings = (t.x + t.y + t.z) * F(1.f / 3.f) * expected;
             const F worth = brings / max(s.get(reference_) * F(float(parts) * kLearnedRoulette), F(1e-30f));
-            q = select(expected < F(0.f), q, clamp(worth, F(kLeastSurvival), F(1.f)));
+            const F goesOn = clamp(worth, F(kLeastSurvival), F(1.f));
+            q = select(expected < F(0.f), q, chosen.endsPaths ? goesOn : max(q, goesOn));
           }
           on = on & (r < q);
           t = t * (F(1.f) / q);
