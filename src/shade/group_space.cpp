@@ -67,10 +67,7 @@ void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entrie
     if (!(m.visibility & visibility)) continue;
     float *begin = arena_.make<float>(padded(n)), *end = arena_.make<float>(padded(n));
     BoxCrossingArgs args{rays.o, rays.d, n, entries, toObject(m.instance, m.geometry, 0), {}, {}, begin, end};
-    for (int k = 0; k < 3; ++k) {
-      args.low[k] = m.low[k] - m.farthest[k];
-      args.high[k] = m.high[k] + m.farthest[k];
-    }
+    m.findReach(args.low, args.high);
     boxCrossingKernel(world_.width)(args);
     medium[count] = at;
     from[count] = begin;

@@ -34,6 +34,13 @@ struct SpaceMedium {
   float opens = 0, lasts = 0;     // when the shutter opens, counted from time 0 of the fields, and how long
   float low[3], high[3];          // of the object; beyond there is nothing that is carried
   float farthest[3] = {0, 0, 0};  // that anything is carried
+  // Where it is at any time of the shutter.
+  void findReach(float lowest[3], float highest[3]) const {
+    for (int k = 0; k < 3; ++k) {
+      lowest[k] = low[k] - farthest[k];
+      highest[k] = high[k] + farthest[k];
+    }
+  }
   // See ExtinctionProduct.
   float extinctionByBounce = 1, contributionByBounce = 1;
   volume::Majorants majorants;  // by render unit, over object space

@@ -32,11 +32,10 @@ KN_INLINE void findCorners(const GridLookupArgs& a, const int32_t low[3], const 
     if (uint32_t(at[0]) >= uint32_t(f.size[0]) || uint32_t(at[1]) >= uint32_t(f.size[1]) ||
         uint32_t(at[2]) >= uint32_t(f.size[2]))
       continue;
-    const int32_t i[3] = {at[0] + f.offset[0], at[1] + f.offset[1], at[2] + f.offset[2]};
-    const float* const brick = a.bricks[(i[0] >> 3) + (i[1] >> 3) * f.stride[0] + (i[2] >> 3) * f.stride[1]];
+    const float* const brick = a.bricks[f.brickOf(at)];
     if (!brick) continue;
     a.store->use(brick);
-    corners[corner] = brick + ((i[0] & kInside) + (i[1] & kInside) * 8 + (i[2] & kInside) * 64) * C;
+    corners[corner] = brick + f.inBrick(at) * C;
     __builtin_prefetch(corners[corner]);
   }
 }

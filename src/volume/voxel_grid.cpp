@@ -65,11 +65,7 @@ const char* GridShape::disbelief() const {
 }
 
 VoxelGrid::VoxelGrid(const GridShape& shape, std::shared_ptr<VoxelStore> store, uint32_t level)
-    : shape_(shape),
-      stride_{uint64_t(shape.bricks(0)), uint64_t(shape.bricks(0)) * uint64_t(shape.bricks(1))},
-      store_(store ? std::move(store) : std::make_shared<VoxelStore>(0)),
-      level_(level) {
-  for (int k = 0; k < 3; ++k) offset_[k] = shape.first[k] - shape.firstBrick(k) * GridShape::kSide;
+    : shape_(shape), store_(store ? std::move(store) : std::make_shared<VoxelStore>(0)), level_(level) {
   setFrame();
   memory_.add(shape.brickCount() * sizeof(float*));
   table_.resize(shape.brickCount());
@@ -96,9 +92,10 @@ void VoxelGrid::setFrame() {
     frame_.first[k] = float(first[k] - shape_.first[k]);
     for (int row = 0; row < 3; ++row) frame_.toVoxels[k][row] = float(m[4 * row + k]);
     frame_.size[k] = shape_.size[k];
-    frame_.offset[k] = offset_[k];
+    frame_.offset[k] = shape_.first[k] - shape_.firstBrick(k) * GridShape::kSide;
   }
-  for (int k = 0; k < 2; ++k) frame_.stride[k] = int32_t(stride_[k]);
+  frame_.stride[0] = shape_.bricks(0);
+  frame_.stride[1] = shape_.bricks(0) * shape_.bricks(1);
 }
 
 float* VoxelGrid::addBrick(uint64_t number) {
@@ -145,7 +142,7 @@ void VoxelGrid::coarsen(uint64_t below) {
   constexpr int32_t kWorthIt = 16;  // voxels along the longest side of a grid that has a coarser level
   if (std::max({shape_.size[0], shape_.size[1], shape_.size[2]}) < kWorthIt) return;
   if (!coarser_) coarser_.reset(new VoxelGrid(coarserShape(shape_), store_, level_ + 1));
-  const int32_t layers = int32_t(below / stride_[1]);  // that are whole
+  const int32_t layers = int32_t(below / uint64_t(frame_.stride[1]));  // that are whole
   const GridShape& coarse = coarser_->shape_;
   for (; coarsened_ < coarse.bricks(2); ++coarsened_) {
     // the last of this level's layers that it is made of
@@ -154,7 +151,7 @@ void VoxelGrid::coarsen(uint64_t below) {
     if (last >= layers) break;
     coarsenLayer(coarsened_);
   }
-  coarser_->coarsen(uint64_t(coarsened_) * coarser_->stride_[1]);
+  coarser_->coarsen(uint64_t(coarsened_) * uint64_t(coarser_->frame_.stride[1]));
 }
 
 void VoxelGrid::coarsenLayer(int32_t z) {
@@ -166,7 +163,7 @@ void VoxelGrid::coarsenLayer(int32_t z) {
       if (!averageBricks(at, made.data())) continue;
       const bool isOne = std::memcmp(made.data(), made.data() + channels, (floats - channels) * sizeof(float)) == 0;
       if (isOne && std::all_of(made.begin(), made.begin() + long(channels), [](float v) { return v == 0; })) continue;
-      const uint64_t number = uint64_t(x) + uint64_t(y) * coarser_->stride_[0] + uint64_t(z) * coarser_->stride_[1];
+      const uint64_t number = uint64_t(x + y * coarser_->frame_.stride[0] + z * coarser_->frame_.stride[1]);
       if (isOne)
         coarser_->addConstantBrick(number, made.data());
       else
@@ -186,7 +183,7 @@ bool VoxelGrid::averageBricks(const int32_t at[3], float* out) const {
     if (b[0] < 0 || b[1] < 0 || b[2] < 0 || b[0] >= shape_.bricks(0) || b[1] >= shape_.bricks(1) ||
         b[2] >= shape_.bricks(2))
       continue;
-    bricks[corner] = table_[uint64_t(b[0]) + uint64_t(b[1]) * stride_[0] + uint64_t(b[2]) * stride_[1]];
+    bricks[corner] = table_[size_t(b[0] + b[1] * frame_.stride[0] + b[2] * frame_.stride[1])];
     isAny |= bricks[corner] != nullptr;
   }
   if (!isAny) return false;
@@ -197,7 +194,7 @@ bool VoxelGrid::averageBricks(const int32_t at[3], float* out) const {
     store_->use(fine);
     int32_t from[3], to[3];  // voxels of the brick that lie in the box
     for (int k = 0; k < 3; ++k) {
-      const int32_t begin = offset_[k] - 8 * (first[k] + (corner >> k & 1));
+      const int32_t begin = frame_.offset[k] - 8 * (first[k] + (corner >> k & 1));
       from[k] = std::max(begin, 0);
       to[k] = std::min(begin + shape_.size[k], 8);
     }
@@ -224,11 +221,9 @@ void VoxelGrid::stepToIndex(const float world[3], double index[3]) const {
 
 // Null: zeros. `at` counts from the box's first voxel and lies in it.
 const float* VoxelGrid::voxel(const int32_t at[3]) const {
-  uint32_t i[3];
-  for (int k = 0; k < 3; ++k) i[k] = uint32_t(at[k] + offset_[k]);
-  const float* const brick = table_[(i[0] >> 3) + (i[1] >> 3) * stride_[0] + (i[2] >> 3) * stride_[1]];
+  const float* const brick = table_[size_t(frame_.brickOf(at))];
   if (brick) store_->use(brick);
-  return brick ? brick + ((i[0] & 7) + (i[1] & 7) * 8 + (i[2] & 7) * 64) * uint32_t(shape_.channels) : nullptr;
+  return brick ? brick + frame_.inBrick(at) * shape_.channels : nullptr;
 }
 
 // place: in voxels from the box's first.
@@ -345,7 +340,7 @@ void VoxelGrid::extremes(const double low[3], const double high[3], const VoxelL
         const float* const v = voxel(at);
         see(v);
         // the rest of the brick's row: nothing, or numbers side by side
-        const int32_t end = std::min(to[0], at[0] + 7 - ((at[0] + offset_[0]) & 7));
+        const int32_t end = std::min(to[0], at[0] + 7 - ((at[0] + frame_.offset[0]) & 7));
         for (int32_t x = 1; v && x <= end - at[0]; ++x) see(v + x * channels);
         at[0] = end + 1;
       }

@@ -84,8 +84,6 @@ class VoxelGrid {
 
   GridShape shape_;
   GridFrame frame_{};
-  int32_t offset_[3];   // of the box's first voxel in its brick
-  uint64_t stride_[2];  // of the table
   std::vector<const float*> table_;
   std::shared_ptr<VoxelStore> store_;
   float* slab_ = nullptr;  // of kSlab bricks, the one that is being filled
