@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "render/medium_bounds.h"
-#include "render/volume_fields.h"
 #include "render/world_lights.h"
 
 namespace kinora::render {
@@ -137,6 +136,7 @@ bool isVolume(const FlatScene& flat, size_t kind) {
 std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared_ptr<const FlatScene>& flat,
                                                                const Meshes& meshes, shade::ShadingWorld& world,
                                                                const Tools& tools) {
+  Diagnostics& diagnostics = tools.volumes.diagnostics;
   Inputs inputs{flat, world.materials, world.world, tools.aggregates};
   if (inputs_.world && inputs == inputs_) {
     tools.contents.again(files_);
@@ -149,8 +149,8 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     const scene::Primitive& p = *flat->shapeOf(flat->kinds[k]).primitive;
     isFilled[k] = world.materials->fillsSpace(world.placements[k].material);
     if (!isFilled[k] && volumeRequestOf(p))
-      tools.diagnostics.warning("MEDIUM-NONE", p.pos, "'" + p.name() + "' has a material that is no medium's",
-                                "it is left out", "a Volume is filled by Bxdf \"PxrVolume\"");
+      diagnostics.warning("MEDIUM-NONE", p.pos, "'" + p.name() + "' has a material that is no medium's",
+                          "it is left out", "a Volume is filled by Bxdf \"PxrVolume\"");
   }
   std::vector<uint32_t> filled;
   if (std::find(isFilled.begin(), isFilled.end(), true) != isFilled.end())
@@ -172,7 +172,6 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<std::shared_ptr<geometry::Mesh>> boundaryOf;  // by medium
   std::vector<uint32_t> placementOf;
   std::vector<float> filterWidths;
-  const VolumeTools volumeTools{tools.camera, tools.registry, tools.host, tools.volumes, tools.diagnostics};
   Aggregates aggregates(tools.aggregates, interiorsOf(*world.materials));
   for (const uint32_t k : filled) {
     const uint32_t kind = flat->placements[k].kind, shape = flat->kinds[kind].shape;
@@ -182,8 +181,8 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     const auto instance = instanceOf.find(k);
     if (mesh.isStrand() || mesh.indices.empty() || geometry == geometryOf.end() || instance == instanceOf.end()) {
       if (mesh.isStrand())
-        tools.diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' encloses no space for its medium",
-                                  "it is left out", "curves and points have no inside");
+        diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' encloses no space for its medium",
+                            "it is left out", "curves and points have no inside");
       continue;
     }
     std::string name = flat->nameOf(k);
@@ -204,7 +203,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     m.mayEmit = program.mediumFlags & kMediumMayEmit;
     media->mayEmit |= m.mayEmit;
     filterWidths.push_back(0);
-    if (volumeRequestOf(p)) filterWidths.back() = readVolumeFields(p, volumeTools, m);
+    if (volumeRequestOf(p)) filterWidths.back() = readVolumeFields(p, tools.volumes, m);
     const shade::MaterialSet::Extinction& e = world.materials->extinction(material);
     m.isProduct = e.isProduct;
     m.towardsLights = e.towardsLights;
@@ -228,7 +227,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
       m.low[c] = float(mesh.bounds.min[c]);
       m.high[c] = float(mesh.bounds.max[c]);
     }
-    if (volumeRequestOf(p)) setVolumeMotion(e, p, volumeTools, m);
+    if (volumeRequestOf(p)) setVolumeMotion(e, p, tools.volumes, m);
     if (m.isCarried) boundary = grown(mesh, m.farthest);
     makeBoundCells(m);
     media->ofInstance.emplace(m.instance, index);
@@ -237,9 +236,9 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     placementOf.push_back(k);
     if (world.world->instance(m.instance).keyCount < 2 && isBox(mesh)) media->boxes.push_back(index);
   }
-  aggregates.tell(tools.diagnostics);
+  aggregates.tell(diagnostics);
   if (media->media.empty()) return nullptr;
-  setBoundaries(*media, *flat, std::move(boundaryOf), placementOf, tools.camera);
+  setBoundaries(*media, *flat, std::move(boundaryOf), placementOf, tools.volumes.camera);
   media->areEven =
       std::all_of(media->media.begin(), media->media.end(), [](const shade::SpaceMedium& m) { return m.isEven(); });
   made_ = media;

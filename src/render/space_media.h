@@ -7,18 +7,15 @@
 #include <set>
 #include <vector>
 
-#include "base/diagnostics.h"
 #include "base/file_contents.h"
 #include "plugin/registry.h"
-#include "render/camera.h"
 #include "render/flat_scene.h"
 #include "render/meshes.h"
 #include "render/volume_aggregates.h"
+#include "render/volume_fields.h"
 #include "shade/group.h"
 
-namespace kinora {
-class VolumeSystem;
-namespace render {
+namespace kinora::render {
 
 // Whether objects of these attributes are full of a medium, and have no surface.
 bool fillsSpace(const scene::Attributes* attributes, Registry& registry, Diagnostics& diagnostics);
@@ -29,12 +26,8 @@ bool isVolume(const FlatScene& flat, size_t kind);
 class SpaceMediaStage {
  public:
   struct Tools {
-    const CameraState& camera;
-    Registry& registry;
-    const Host& host;
-    VolumeSystem& volumes;
+    VolumeTools volumes;
     FileContents& contents;
-    Diagnostics& diagnostics;
     const std::atomic<bool>* stop;
     const AggregateChoice& aggregates;
   };
@@ -57,5 +50,4 @@ class SpaceMediaStage {
   std::shared_ptr<const shade::SpaceMedia> made_;
 };
 
-}  // namespace render
-}  // namespace kinora
+}  // namespace kinora::render

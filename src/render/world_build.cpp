@@ -387,7 +387,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
   next->fillTables();
   media_.make(flat_, meshes_, *next,
-              {camera_, registry_, host(), *volumes_, contents_, diagnostics_, settings_.stop, aggregates});
+              {{camera_, registry_, host(), *volumes_, diagnostics_}, contents_, settings_.stop, aggregates});
   next->lights = lights_.make(scene, sources, links, *flat_,
                               {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths,
                                sight.ofLights, sight.areShadowsOthers},
