@@ -192,8 +192,8 @@ struct ChosenDirections {
   uint32_t* guided = nullptr;  // 1: resampled
   float* radiance = nullptr;  // behind the first vertex: expected from there; below 0: not known. Null: nowhere known
   float* reference = nullptr;  // at the first vertex: see Guides. Null: nowhere known
-  // Whether what is expected may end a path that its throughput would not: behind the first samples, where much of what
-  // was learned is by chance and many frames stop to be guided. In these it keeps paths alone.
+  // Whether what is expected may end a path that its throughput would not. Not in the first samples, before it is known
+  // where guiding pays: there it only keeps paths.
   bool endsPaths = false;
   KN_INLINE Float<W> at(uint32_t i, Float<W> pdf) const {
     return inverse ? Float<W>::load(inverse + i) : Float<W>(1.f) / max(pdf, Float<W>(1e-38f));

@@ -17,10 +17,11 @@ struct GridFrame {
   int32_t size[3], offset[3];  // voxels; of the box's first voxel in its brick
   int32_t stride[2];           // of the table of bricks
 
+  // Of a brick, in the table; columns, rows and layers count from the box's first.
+  int32_t numberOf(int32_t x, int32_t y, int32_t z) const { return x + y * stride[0] + z * stride[1]; }
   // The brick that a voxel lies in and its number there. `at` counts from the box's first voxel and lies in the box.
   int32_t brickOf(const int32_t at[3]) const {
-    return ((at[0] + offset[0]) >> 3) + ((at[1] + offset[1]) >> 3) * stride[0] +
-           ((at[2] + offset[2]) >> 3) * stride[1];
+    return numberOf((at[0] + offset[0]) >> 3, (at[1] + offset[1]) >> 3, (at[2] + offset[2]) >> 3);
   }
   int32_t inBrick(const int32_t at[3]) const {
     return ((at[0] + offset[0]) & 7) + ((at[1] + offset[1]) & 7) * 8 + ((at[2] + offset[2]) & 7) * 64;

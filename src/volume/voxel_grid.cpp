@@ -163,7 +163,7 @@ void VoxelGrid::coarsenLayer(int32_t z) {
       if (!averageBricks(at, made.data())) continue;
       const bool isOne = std::memcmp(made.data(), made.data() + channels, (floats - channels) * sizeof(float)) == 0;
       if (isOne && std::all_of(made.begin(), made.begin() + long(channels), [](float v) { return v == 0; })) continue;
-      const uint64_t number = uint64_t(x + y * coarser_->frame_.stride[0] + z * coarser_->frame_.stride[1]);
+      const uint64_t number = uint64_t(coarser_->frame_.numberOf(x, y, z));
       if (isOne)
         coarser_->addConstantBrick(number, made.data());
       else
@@ -183,7 +183,7 @@ bool VoxelGrid::averageBricks(const int32_t at[3], float* out) const {
     if (b[0] < 0 || b[1] < 0 || b[2] < 0 || b[0] >= shape_.bricks(0) || b[1] >= shape_.bricks(1) ||
         b[2] >= shape_.bricks(2))
       continue;
-    bricks[corner] = table_[size_t(b[0] + b[1] * frame_.stride[0] + b[2] * frame_.stride[1])];
+    bricks[corner] = table_[size_t(frame_.numberOf(b[0], b[1], b[2]))];
     isAny |= bricks[corner] != nullptr;
   }
   if (!isAny) return false;
