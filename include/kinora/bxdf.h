@@ -45,7 +45,8 @@ struct GenerateArgs {
 enum SampleFlags : uint32_t {
   kSampleDiscrete = 1,
   kSampleTransmit = 2,
-  // The path goes on below the surface, from where it comes out elsewhere: only in contexts with kTraitSubsurface.
+  // The path goes on below the surface, from where it comes out elsewhere: only in contexts with kTraitSubsurface (and
+  // with kTraitBothEnds whatever their footprints, see Surface::sinks()).
   // wi is the direction in which it starts there; the weight leaves out what BxdfFunctions::subsurface tells. All such
   // samples of a context are of one slot.
   kSampleBelow = 4,

@@ -80,6 +80,14 @@ struct Surface {
     entering = loadInt<W>(c.entering, a) != Int<W>(0);
     cosO = max(dot(N, wo), Float<W>(1e-6f));
   }
+  // Where paths go below the surface, in which light reaches so far (render units); they do not where it is shorter than
+  // this times the radius of their footprint, nor where it is NaN.
+  KN_INLINE Mask<W> sinks(Float<W> reach, Float<W> leastFootprints) const {
+    if (!(context->traits & kTraitSubsurface)) return Mask<W>(false);
+    const Mask<W> is = reach > Float<W>(1e-6f);
+    if (context->traits & kTraitBothEnds) return is;
+    return is & (reach > loadFloat<W>(context->radius, at) * leastFootprints);
+  }
 };
 
 // Bump inputs of 0 0 0 (the default) mean "not connected".

@@ -65,9 +65,11 @@ enum class Builtin : uint32_t {
 
 enum ContextTraits : uint32_t {
   kTraitEyePath = 1,
-  kTraitLightPath = 2,      // radiance or importance is transported
-  kTraitPrimaryHit = 4,     // first hit seen from the camera
-  kTraitPresenceQuery = 8,  // made for presence or opacity only; no closure will be bound
+  kTraitLightPath = 2,   // radiance or importance is transported
+  kTraitPrimaryHit = 4,  // first hit seen from the camera
+  // Paths from both ends come here, and know each other's densities: whether they go below the surface must not depend on
+  // their footprints.
+  kTraitBothEnds = 8,
   kTraitInSpace = 16,   // points of a medium: no surface; N and Ng are wo. The bxdf, if any, is the phase function
   kTraitEncloses = 32,  // the material bounds a medium
   kTraitTinted = 64,    // tinted shadows pass the material, see Context::tintedSlots
@@ -75,10 +77,11 @@ enum ContextTraits : uint32_t {
   // would come out again.
   kTraitSubsurface = 128,
   kTraitComesOut = 256,  // light comes out here that went in elsewhere: no closure is bound, see SurfacePlaces::from
-  kTraitScattersOnce = 512,  // of a medium whose light goes on to lights only: no directions are followed from here
-  kTraitFiber = 1024,        // the bxdf stands for the whole passage through a fibre (kBxdfFiber)
-  kTraitWalkable = 2048,     // manifold walks go through the surface, see Context::walkableSlots
-  kTraitWalk = 4096,         // made for a manifold walk that looks for its path
+  kTraitScattersOnce = 512,    // of a medium whose light goes on to lights only: no directions are followed from here
+  kTraitFiber = 1024,          // the bxdf stands for the whole passage through a fibre (kBxdfFiber)
+  kTraitWalkable = 2048,       // manifold walks go through the surface, see Context::walkableSlots
+  kTraitWalk = 4096,           // made for a manifold walk that looks for its path
+  kTraitPresenceQuery = 8192,  // made for presence or opacity only; no closure will be bound
 };
 
 struct Context;

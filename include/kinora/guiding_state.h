@@ -493,15 +493,20 @@ class Teacher {
     for (int c = 0; c < 3; ++c) f[c] = float(P[c] / n);
     f[3] = light > 0 && std::isfinite(near / light) ? float(near / light) : 0.f;
   }
-  // Values by cell, seen from another frame: each cell in four parts.
-  static void inherit(const float* values, const float from[4], float keep, const float to[4], float* out) {
+  // Light and counts by cell, seen from another frame: each cell in four parts.
+  static void inherit(const float* light, const float* count, const float from[4], float keep, const float to[4],
+                      float* lights, float* counts) {
     if (std::memcmp(from, to, 4 * sizeof(float)) == 0 || !(from[3] > 0) || !(to[3] > 0)) {
-      for (uint32_t c = 0; c < kCells; ++c) out[c] = values[c] * keep;
+      for (uint32_t c = 0; c < kCells; ++c) {
+        lights[c] = light[c] * keep;
+        counts[c] = count[c] * keep;
+      }
       return;
     }
-    std::fill_n(out, kCells, 0.f);
+    std::fill_n(lights, kCells, 0.f);
+    std::fill_n(counts, kCells, 0.f);
     for (uint32_t c = 0; c < kCells; ++c) {
-      if (!(values[c] > 0)) continue;
+      if (!(light[c] > 0 || count[c] > 0)) continue;
       uint32_t x, y;
       placeOf(c, x, y);
       for (uint32_t k = 0; k < 4; ++k) {
@@ -509,7 +514,9 @@ class Teacher {
         directionAt((float(4 * x + 1 + 2 * (k & 1)) * (0.5f / kSide)) - 1,
                     (float(4 * y + 1 + (k & 2)) * (0.5f / kSide)) - 1, d);
         for (int j = 0; j < 3; ++j) d[j] = (from[j] + d[j] / from[3] - to[j]) * to[3];
-        out[guiding::cellOf(d)] += values[c] * keep * 0.25f;
+        const uint32_t cell = guiding::cellOf(d);
+        lights[cell] += light[c] * keep * 0.25f;
+        counts[cell] += count[c] * keep * 0.25f;
       }
     }
   }
@@ -539,8 +546,7 @@ class Teacher {
       // what is older counts for less: it was learned with less
       const float keep = 0.5f * share_[region];
       const float *a = old_->floats(old_->lights) + from * kCells, *b = old_->floats(old_->counts) + from * kCells;
-      inherit(a, old_->floats(old_->frames) + from * 4, keep, s.floats(s.frames) + region * 4, lights);
-      inherit(b, old_->floats(old_->frames) + from * 4, keep, s.floats(s.frames) + region * 4, counts);
+      inherit(a, b, old_->floats(old_->frames) + from * 4, keep, s.floats(s.frames) + region * 4, lights, counts);
       const float* x = old_->floats(old_->sums) + from * State::kSums;
       for (uint32_t k = 0; k < State::kLeftAlone; ++k) sums[k] = x[k] * keep;
       sums[State::kLeftAlone] = x[State::kLeftAlone];

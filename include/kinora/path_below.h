@@ -29,20 +29,9 @@ class SunkPaths {
   // are appended to `live`. `points` are put in another order.
   uint32_t followBelow(const Context& in, uint32_t n, uint32_t* points, const GenerateArgs& made, uint32_t depth,
                        uint32_t part, uint32_t parts, uint32_t* live, uint32_t m) {
-    uint32_t* rest = p_.words(in.padded + kPad);
-    while (n) {
-      const uint32_t which = made.flags[points[0]] >> kSampleMediumShift;
-      uint32_t taken = 0, left = 0;
-      for (uint32_t i = 0; i < n; ++i) {
-        if (made.flags[points[i]] >> kSampleMediumShift == which)
-          points[taken++] = points[i];
-        else
-          rest[left++] = points[i];
-      }
-      m = followMedium(in, which, taken, points, made, depth, part, parts, live, m);
-      n = left;
-      for (uint32_t i = 0; i < n; ++i) points[i] = rest[i];
-    }
+    eachMediumBelow(made, n, points, p_.words(in.padded + kPad), [&](uint32_t which, uint32_t taken, uint32_t* of) {
+      m = followMedium(in, which, taken, of, made, depth, part, parts, live, m);
+    });
     return m;
   }
 

@@ -179,6 +179,11 @@ class PathDensities {
       of_[c.path[i]] = {back > 0 ? is_.lightPaths * c.distance[i] * c.distance[i] / back : 0, 0, 1};
     }
   }
+  // Behind the meeting of lights: see beginAnew().
+  void endLit(uint32_t n, const uint32_t* slots) {
+    for (uint32_t i = 0; i < n; ++i)
+      if (of_[slots[i]].last == kAllBySamples) of_[slots[i]].last = 0;
+  }
   // At each other vertex: from densities per solid angle to those per area.
   void arrive(const Context& c) {
     const float* through = transmittanceOfEdges(g_, sv_, c, c.wo, c.distance);
@@ -189,6 +194,9 @@ class PathDensities {
            is_.connectsPaths ? 1.f : 0.f};
     }
   }
+  // Of a path that went where no other technique goes: none makes a vertex before this one in another way. lit: light
+  // samples have all that its next ray might find of lights, up to endLit().
+  void beginAnew(uint32_t slot, bool lit = false) { of_[slot] = {lit ? kAllBySamples : 0, 0, 0}; }
   // After new directions were taken; merges: see below, null: none.
   void leave(const Context& c, const GenerateArgs& a, const float* merges = nullptr) {
     for (uint32_t i = 0; i < c.count; ++i) {
@@ -209,6 +217,7 @@ class PathDensities {
   }
 
  private:
+  static constexpr float kAllBySamples = 1e30f;  // more than any density
   Group* g_;
   const Services* sv_;
   PathSums* of_;

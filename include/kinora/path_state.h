@@ -45,14 +45,6 @@ KN_INLINE Mask<W> isThere(Vec3<W> v) {
   return abs(v.x) + abs(v.y) + abs(v.z) != Float<W>(0.f);
 }
 
-// Footprint growth after a bounce: a direction of density pdf stands for the solid angle 1 / pdf; a quarter of that
-// cone's radius keeps neighbouring paths' footprints overlapping (path differentials collapsed to a radius).
-template <int W>
-KN_INLINE Float<W> spreadAfter(Float<W> spread, Float<W> pdf) {
-  const Float<W> cone = Float<W>(0.25f) / sqrt(max(pdf * Float<W>(kPi), Float<W>(0.25f)));
-  return max(spread, cone);
-}
-
 template <int W>
 struct PathState {
   Group* g;

@@ -66,7 +66,7 @@ class ScatterOnce {
   // is none) is shortened by that. `factor` gets what is left of their light there, 0 where it does not leave. share: of
   // a light sample where directions() find lights too, which they do not within the body; null: 1.
   void leaveBody(uint32_t n, const uint32_t* points, float* const o[3], const float* const d[3], float* tMax,
-                 const float* share, float* const factor[3]);
+                 const float* share, float* const factor[3]) const;
   // Directions by the phase function, one for each point of context(): d, the points themselves, packed, and densities.
   uint32_t directions(uint32_t* points, float* const o[3], float* const d[3], float* pdf) const;
   float bias(uint32_t point) const { return in_->bias[entered_[point]]; }
@@ -410,7 +410,7 @@ typename ScatterOnce<W>::Passed ScatterOnce<W>::pass(const Context& c, uint32_t 
 
 template <int W>
 void ScatterOnce<W>::leaveBody(uint32_t n, const uint32_t* points, float* const o[3], const float* const d[3],
-                               float* tMax, const float* share, float* const factor[3]) {
+                               float* tMax, const float* share, float* const factor[3]) const {
   uint32_t* entered = words(n);
   for (uint32_t i = 0; i < padded(n); ++i) entered[i] = n ? entered_[points[i < n ? i : n - 1]] : 0;
   const Ways h = ways(n, entered, o, d);

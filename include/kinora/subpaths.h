@@ -65,11 +65,20 @@ inline uint32_t stepState(const PathStates& paths, uint32_t state, uint32_t even
   return paths.end[tail * paths.stateCount + stepState(paths, state, event)];
 }
 
+// Points of a context whose paths go below the surface (kSampleBelow), as generate() made them: they have their
+// throughputs, and live on once subpaths_below.h has brought them out again.
+struct SunkPoints {
+  const Context* context = nullptr;
+  GenerateArgs made{};
+  uint32_t count = 0, *points = nullptr;
+};
+
 // The paths of a group, by slot. Each step is trace(), shade(), and scatter() for each context.
 template <int W>
 class Subpaths {
  public:
-  // traits: kTraitEyePath or kTraitLightPath.
+  // traits: kTraitEyePath or kTraitLightPath, with kTraitSubsurface where materials are to offer ways below surfaces (and
+  // kTraitBothEnds where both kinds of paths are followed). Light paths that take one end there.
   Subpaths(Group* group, const Services* services, uint32_t traits, Roulette roulette = {})
       : g_(group), sv_(services), traits_(traits), roulette_(roulette) {
     const uint32_t n = g_->padded + kPad;
@@ -185,7 +194,7 @@ class Subpaths {
   // Nearest hits of the paths that live, which all go on living. What media let through weighs on them from shade()
   // on: lights met by the rays know of it themselves.
   void trace(uint32_t depth) {
-    const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
+    const bool isCamera = depth == 0 && traits_ & kTraitEyePath;
     sv_->trace(g_, &g_->paths, isCamera ? RayKind::Camera : RayKind::Indirect, depth, count, live, medium_);
   }
   // After trace(0), see there.
@@ -201,7 +210,7 @@ class Subpaths {
       live[n] = s;
       n += g_->paths.hits.t[s] < 3e38f;
     }
-    const bool isCamera = depth == 0 && traits_ == kTraitEyePath;
+    const bool isCamera = depth == 0 && traits_ & kTraitEyePath;
     if (isCamera && n) {
       float* alpha = floats(n);
       std::fill_n(alpha, n, 1.f);
@@ -242,9 +251,11 @@ class Subpaths {
   }
   // New directions from the points of a context, one each, in memory of the group; slot is kNoLobe where the path
   // ends. Rays, throughputs and states are those of the next step.
-  // lightParts: light samples that were taken at the points, where media emit.
-  GenerateArgs scatter(const Context& c, uint32_t depth, uint32_t lightParts = 1) {
+  // lightParts: light samples that were taken at the points, where media emit. sunk: gets the paths that go below the
+  // surface; null: they end. Contexts where such paths came out (kTraitComesOut) have random numbers of their own.
+  GenerateArgs scatter(const Context& c, uint32_t depth, uint32_t lightParts = 1, SunkPoints* sunk = nullptr) {
     using F = Float<W>;
+    const bool comesOut = c.traits & kTraitComesOut;
     const auto f = [&] { return c.alloc<float>(c.padded + kPad); };
     const auto u = [&] { return c.alloc<uint32_t>(c.padded + kPad); };
     float* random[4] = {f(), f(), f(), f()};
@@ -254,12 +265,16 @@ class Subpaths {
       for (uint32_t k = 0; k < 4; k += 2) {
         F x, y;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
-              dimension(depth) + (k ? kDimLobe : kDimBxdf), x, y);
+              dimension(depth) + (comesOut ? kDimBelow
+                                  : k      ? kDimLobe
+                                           : kDimBxdf),
+              x, y);
         x.store(random[k] + i);
         y.store(random[k + 1] + i);
       }
     c.bxdf->generate(&c, c.closure, &a);
-    uint32_t *points = u(), *through = u(), n = 0;
+    uint32_t *points = u(), *through = u(), *slots = comesOut ? u() : nullptr, n = 0;
+    if (sunk) *sunk = {&c, a, 0, c.bxdf->subsurface ? u() : nullptr};
     const Rays& r = g_->paths.rays;
     for (uint32_t i = 0; i < c.count; i += W) {
       const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(c.count - i, W)));
@@ -278,7 +293,7 @@ class Subpaths {
       }
       Mask<W> on = in & (slot != Int<W>(kNoLobe)) & (pdf > F(0.f)) & (maxComponent(t) > F(0.f));
       if (traits_ & kTraitLightPath && !depth && sv_->lightExceptions) on = on & !unseen(s, flags);
-      if (depth >= roulette_.depth) {
+      if (depth >= roulette_.depth && !comesOut) {
         F r, unused;
         draw2(sv_->samples, Int<W>::load(c.sampleSeed + i), Int<W>::load(c.sampleIndex + i),
               dimension(depth) + kDimRoulette, r, unused);
@@ -287,7 +302,15 @@ class Subpaths {
         on = on & (r < goesOn);
         t = t * (F(1.f) / goesOn);
       }
-      select(on, slot, Int<W>(kNoLobe)).store(a.slot + i);
+      const Mask<W> sinks = on & ((flags & Int<W>(uint32_t(kSampleBelow))) != Int<W>(0));
+      on = on & !sinks;
+      select(sunk ? on | sinks : on, slot, Int<W>(kNoLobe)).store(a.slot + i);
+      if (sunk && sinks.any()) {
+        for (int k = 0; k < 3; ++k) s.put(sinks, k == 0 ? t.x : k == 1 ? t.y : t.z, throughput[k]);
+        const Packer<W> pack(sinks);
+        pack.put(Int<W>::lanes(int32_t(i)), sunk->points + sunk->count);
+        sunk->count += uint32_t(pack.count);
+      }
       if (on.none()) continue;
       const Vec3<W> o = leave(Vec3<W>::load(c.P, i), Vec3<W>::load(c.Ng, i), F::load(c.bias + i), w);
       for (int k = 0; k < 3; ++k) {
@@ -314,13 +337,31 @@ class Subpaths {
             g_->paths.origin);
       const Packer<W> pack(on);
       pack.put(s.s, live + count);
+      if (slots) pack.put(s.s, slots + n);
       pack.put(Int<W>::lanes(int32_t(i)), points + n);
       pack.put(bit(transmits, 1), through + n);
       n += uint32_t(pack.count);
       count += uint32_t(pack.count);
     }
-    if (n) sv_->leave(g_, &g_->paths, &c, n, points, nullptr, through);
+    if (n) sv_->leave(g_, &g_->paths, &c, n, points, slots, through);
     return a;
+  }
+  // A ray that goes on with a slot's path, in place of scatter(): the event by which it left the vertex before, and its
+  // RayList::origin. pdf: of its direction, against light samples of media; 0: these have all, HUGE_VALF: it does.
+  void goOn(uint32_t slot, const float o[3], const float d[3], float radius, float spread, uint32_t event,
+            uint32_t origin, float pdf) {
+    const Rays& r = g_->paths.rays;
+    for (int k = 0; k < 3; ++k) {
+      r.o[k][slot] = o[k];
+      r.d[k][slot] = d[k];
+    }
+    r.tMax[slot] = 1e30f;
+    r.radius[slot] = radius;
+    r.spread[slot] = spread;
+    state[slot] = stepState(sv_->paths, state[slot], event);
+    g_->paths.origin[slot] = origin;
+    if (againstLights_) againstLights_[slot] = pdf;
+    live[count++] = slot;
   }
 
   float* throughput[3];
@@ -375,10 +416,15 @@ class Arrivals {
   // spread: LightSamples::spread of a light sample; 0: the vertex's own. light: of a light sample, see
   // ShadowRays::light.
   void from(uint32_t point, Vec3<1> d, float distance, uint32_t values, float spread = 0, uint32_t light = kNoLight) {
+    const Vec3<1> o = leave(Vec3<1>::load(c_->P, point), Vec3<1>::load(c_->Ng, point), Float<1>(c_->bias[point]), d);
+    from(point, o, d, distance * 0.99999f - 2 * c_->bias[point], values, spread, light);
+  }
+  // The same of a ray that leaves from o, and is so long.
+  void from(uint32_t point, Vec3<1> o, Vec3<1> d, float tMax, uint32_t values, float spread, uint32_t light) {
     if (rays_ == mostRays_ || values_ + values > mostValues_) send();
-    leave(Vec3<1>::load(c_->P, point), Vec3<1>::load(c_->Ng, point), Float<1>(c_->bias[point]), d).store(o_, rays_);
+    o.store(o_, rays_);
     d.store(d_, rays_);
-    tMax_[rays_] = distance * 0.99999f - 2 * c_->bias[point];
+    tMax_[rays_] = tMax;
     time_[rays_] = c_->time[point];
     spread_[rays_] = spread;
     lightOfRay_[rays_] = light;

@@ -37,6 +37,25 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 
+// The n points of a context whose samples go below the surface, medium by medium of the material (Subsurface::which):
+// each(which, count, points). They are put in another order; rest: room for n more.
+template <class Each>
+inline void eachMediumBelow(const GenerateArgs& made, uint32_t n, uint32_t* points, uint32_t* rest,
+                            const Each& each) {
+  while (n) {
+    const uint32_t which = made.flags[points[0]] >> kSampleMediumShift;
+    uint32_t taken = 0, left = 0;
+    for (uint32_t i = 0; i < n; ++i)
+      if (made.flags[points[i]] >> kSampleMediumShift == which)
+        points[taken++] = points[i];
+      else
+        rest[left++] = points[i];
+    each(which, taken, points);
+    n = left;
+    for (uint32_t i = 0; i < n; ++i) points[i] = rest[i];
+  }
+}
+
 // Light that has come out leaves by a cosine's law.
 template <int W>
 struct DiffuseExit {

@@ -23,7 +23,7 @@ struct Record {
 };
 static_assert(sizeof(Record) == sizeof(VertexRecord));
 constexpr uint32_t kKeptTraits =
-    kTraitEyePath | kTraitLightPath | kTraitPrimaryHit | kTraitSubsurface | kTraitComesOut;
+    kTraitEyePath | kTraitLightPath | kTraitPrimaryHit | kTraitSubsurface | kTraitComesOut | kTraitBothEnds;
 constexpr uint32_t kOriginMask = kFromDiscrete | kFromSpecular | kFromTransmission;
 static_assert(kKeptTraits < 1 << 9 && kOriginMask < 1 << 3);
 // Contexts hold points of one of these.

@@ -178,7 +178,7 @@ constexpr Param kParams[] = {
     param::color("subsurfacePostTint", 1.f).help("Multiplies the result."),
     param::number("subsurfaceDiffuseSwitch", 1.f)
         .help("Reflects diffusely where the footprint of the path times this is longer than the diffuse mean free "
-              "path; 0: never."),
+              "path; 0: never. PxrVCM never does."),
     param::integer("subsurfaceDoubleSided", 0).range(0, 1).help("1: on the back as well."),
     param::number("subsurfaceTransmitGain", 0.f)
         .help("Adds light that crosses the body straight on: in and out by a cosine's law, in subsurfaceColor, less "

@@ -108,8 +108,7 @@ struct SlabTree {
         if (x.shortReach.components)
           length = max(length, max(loadFloat<W>(x.shortReach, s.at), loadFloat<W>(x.longReach, s.at)));
         const F reach = maxComponent(loadRgb<W>(x.reachColor, s.at)) * length * F(x.unit);
-        l.sinks = (reach > F(1e-6f)) & (reach > loadFloat<W>(s.context->radius, s.at));
-        if (!(s.context->traits & kTraitSubsurface)) l.sinks = Mask<W>(false);
+        l.sinks = s.sinks(reach, one);
       }
       if (leaf.kind == lama::kKindSheen) {
         l.sheen = SheenLobe<W>(k.sheen, loadFloat<W>(leaf.roughness, s.at));

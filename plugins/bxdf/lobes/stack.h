@@ -232,10 +232,7 @@ struct LobeStack {
       tint = tint * gain;
     }
     reach = reach * maxComponent(positive(loadRgb<W>(x.reachColor, s.at))) * F(x.unit);
-    // NaN compares false: no path goes there
-    Mask<W> sinks =
-        (reach > F(1e-6f)) & (reach > loadFloat<W>(s.context->radius, s.at) * loadFloat<W>(x.diffuseSwitch, s.at));
-    if (!(s.context->traits & kTraitSubsurface)) sinks = Mask<W>(false);
+    const Mask<W> sinks = s.sinks(reach, loadFloat<W>(x.diffuseSwitch, s.at));
     const F blend = select(sinks, clamp(loadFloat<W>(x.diffuseBlend, s.at), none, one), one);
     below = positive(tint) * (one - blend);
     belowColor = below * color;
@@ -256,8 +253,7 @@ struct LobeStack {
     const F none(0.f), one(1.f), ior = max(loadFloat<W>(x.ior, s.at), one);
     singleEta = one / ior;
     const F reach = loadFloat<W>(x.reach, s.at) * maxComponent(positive(loadRgb<W>(x.reachColor, s.at))) * F(x.unit);
-    Mask<W> sinks = reach > F(1e-6f);
-    if (!(s.context->traits & kTraitSubsurface)) sinks = Mask<W>(false);
+    const Mask<W> sinks = s.sinks(reach, none);
     const F lets = (one - fresnelDielectric(clamp(dot(Ng, wo), none, one), singleEta)) * singleEta * singleEta;
     single = positive(loadRgb<W>(x.color, s.at)) * (max(loadFloat<W>(x.gain, s.at), none) * zeroUnless(sinks, lets));
     singleMean = average(single);

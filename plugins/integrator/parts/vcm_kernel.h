@@ -9,6 +9,10 @@
 
 #include "plugins/integrator/parts/vcm_beams.h"
 
+#include "plugins/integrator/parts/vcm_kept.h"
+
+#include <kinora/subpaths_below.h>
+
 #if defined(KINORA_VCM_KERNEL_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_VCM_KERNEL_H_TARGET
 #undef KINORA_VCM_KERNEL_H_TARGET
@@ -29,7 +33,9 @@ class Vcm {
         sv_(services),
         o_(options),
         lightPaths_(float(services->resolution[0]) * float(services->resolution[1])),
-        paths_(group, services, group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath,
+        paths_(group, services,
+               kTraitSubsurface | (options.hasLightPaths() ? kTraitBothEnds : 0u) |
+                   (group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath),
                group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
         connectsCamera_(options.connects && !services->wantsUnshadowed),
         sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
@@ -56,12 +62,10 @@ class Vcm {
 
   void lightStage() {
     paths_.startAtLights();
-    const uint32_t n = g_->count;
-    most_ = o_.bounces + (o_.mergesAny() ? 1 : 0);
-    newest_ = make<Kept*>(n);
-    std::fill_n(newest_, n, nullptr);
+    KeptVertices<W> kept(g_, sv_, o_, near_, sums_);
     for (uint32_t depth = 0; paths_.count && depth <= o_.bounces; ++depth) {
-      room_ = depth < most_ ? make<Kept>(paths_.count) : nullptr;
+      const bool keeps = depth < kept.most();
+      if (keeps) kept.makeRoom(paths_.count);
       const MemoryMark mark = sv_->markMemory(g_);
       Context* const* contexts;
       paths_.trace(depth);
@@ -73,16 +77,16 @@ class Vcm {
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Near near = near_.of(c);
         beams_.keepPoints(c);
-        if (connectsCamera_ || depth < most_) {
+        if (connectsCamera_ || keeps) {
           const PathVertex* vertices = paths_.vertices(c, depth);
           if (connectsCamera_) connectCamera(c, depth, vertices, near);
-          if (depth < most_) keep(c, vertices, near);
+          if (keeps) kept.keep(c, vertices, near);
         }
         leave(c, paths_.scatter(c, depth), near);
       }
       sv_->releaseMemory(g_, mark);
     }
-    store();
+    kept.store();
   }
 
   void cameraStage() {
@@ -94,6 +98,7 @@ class Vcm {
       paths_.trace(depth);
       if (!depth) paths_.coverByMedia();
       meetLights(depth);
+      sums_.endLit(paths_.count, paths_.live);
       if (depth <= o_.bounces) beams_.alongRays(depth);
       paths_.contributeGlow(depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
       if (depth > o_.bounces) return;
@@ -110,13 +115,33 @@ class Vcm {
       const uint32_t lightParts = depth ? 1 : o_.lightSamples;
       sampleLights(count, contexts, nears, lightParts);
       if (o_.connects) connectPaths(count, contexts, nears, depth);
+      SunkPoints* sunk = make<SunkPoints>(count);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
+        sunk[k].count = 0;
         if (c.traits & kTraitScattersOnce) continue;
-        leave(c, paths_.scatter(c, depth, lightParts), nears[k]);
+        leave(c, paths_.scatter(c, depth, lightParts, &sunk[k]), nears[k]);
       }
+      for (uint32_t k = 0; k < count; ++k) followBelow(sunk[k], depth, lightParts);
       sv_->releaseMemory(g_, mark);
     }
+  }
+  void followBelow(const SunkPoints& sunk, uint32_t depth, uint32_t lightParts) {
+    SubpathsBelow<W>(g_, sv_, paths_, sums_)
+        .follow(
+            sunk,
+            [&](const Emerged& out) {
+              Near* nears = make<Near>(out.count);
+              for (uint32_t k = 0; k < out.count; ++k) {
+                nears[k] = near_.of(*out.contexts[k]);
+                if (o_.merges) merge(*out.contexts[k], nears[k]);
+              }
+              sampleLights(out.count, out.contexts, nears, lightParts);
+              if (o_.connects) connectPaths(out.count, out.contexts, nears, depth);
+              for (uint32_t k = 0; k < out.count; ++k)
+                leave(*out.contexts[k], paths_.scatter(*out.contexts[k], depth, lightParts), nears[k]);
+            },
+            [&](const ScatterOnce<W>& once) { sampleLightsWithin(once, lightParts); });
   }
 
   void leave(const Context& c, const GenerateArgs& a, const Near& near) {
@@ -127,66 +152,6 @@ class Vcm {
   }
 
   // ---- light paths
-  void keep(const Context& c, const PathVertex* vertices, const Near& near) {
-    const bool isInSpace = c.traits & kTraitInSpace;
-    for (uint32_t i = 0; i < c.count; ++i) {
-      const PathVertex& v = vertices[i];
-      const uint32_t s = c.path[i];
-      const PathSums& x = sums_[s];
-      float passes[3];
-      for (int k = 0; k < 3; ++k) {
-        const float extinction = near.extinction[k] ? near.extinction[k][i] : 1.f;
-        passes[k] = extinction > 0 ? v.throughput[k] / extinction : 0.f;
-      }
-      *room_ = {{v,
-                 x,
-                 {{c.P[0][i], c.P[1][i], c.P[2][i]},
-                  {c.wo[0][i], c.wo[1][i], c.wo[2][i]},
-                  {passes[0], passes[1], passes[2]},
-                  x.edge * x.last,
-                  x.before,
-                  c.time[i],
-                  near.radius ? near.radius[i] : 0.f,
-                  v.light,
-                  v.before | (v.factor[0] == 1 && v.factor[1] == 1 ? 0 : Photon::kHasFactors),
-                  isInSpace ? c.place.instance[i] : Photon::kNoMedium},
-                 near.merges ? near.merges[i] : 0.f,
-                 near.merges ? near.crossings[i] : 0.f,
-                 0},
-                newest_[s]};
-      newest_[s] = room_++;
-    }
-  }
-  // What camera paths will ask for: of each path the vertices that are connected, and where they are merged all.
-  void store() {
-    constexpr uint32_t kTogether = 128;
-    Stored *out = make<Stored>(kTogether), **path = make<Stored*>(most_);
-    uint32_t *slots = make<uint32_t>(kTogether), n = 0;
-    const auto send = [&] {
-      if (n) sv_->append(g_, 0, n, slots, out);
-      n = 0;
-    };
-    for (uint32_t s = 0; s < g_->count; ++s) {
-      uint32_t count = 0;
-      for (Kept* k = newest_[s]; k; k = k->earlier) path[count++] = &k->stored;
-      std::reverse(path, path + count);
-      if (o_.connects && count) {
-        Float<1> u, unused;
-        draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
-              dimensionAt(0) + kDimUser, u, unused);
-        vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, o_.kept, u.lane0());
-      }
-      const bool merged = near_.isMerged(s);
-      for (uint32_t v = 0; v < count; ++v) {
-        if (!merged && !(path[v]->probability > 0)) continue;
-        if (n == kTogether) send();
-        if (!merged) path[v]->photon.radius = 0;
-        slots[n] = s;
-        out[n++] = *path[v];
-      }
-    }
-    send();
-  }
   void connectCamera(const Context& c, uint32_t depth, const PathVertex* vertices, const Near& near) {
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
@@ -377,6 +342,47 @@ class Vcm {
     }
     open.send(g_, sv_);
   }
+  // Light samples at points in a body that their light has to leave; nothing else finds lights from there.
+  void sampleLightsWithin(const ScatterOnce<W>& once, uint32_t parts) {
+    if (!sv_->lightCount || !parts) return;
+    const Context& c = once.context();
+    arrivals_.of(c);
+    for (uint32_t part = 0; part < parts; ++part) {
+      Unshadowed open(c, sv_->wantsUnshadowed);
+      LightSamples ls;
+      sv_->lightSamples(g_, &c, part, parts, &ls);
+      const EvaluateArgs e = evaluateBxdf(c, ls.wi);
+      float *o[3], *factor[3], *tMax = make<float>(c.padded);
+      uint32_t* point = make<uint32_t>(c.padded);
+      for (int k = 0; k < 3; ++k) {
+        o[k] = make<float>(c.padded);
+        factor[k] = make<float>(c.padded);
+        std::copy_n(c.P[k], c.padded, o[k]);
+      }
+      for (uint32_t i = 0; i < c.padded; ++i) {
+        tMax[i] = ls.distance[i] * 0.99999f;
+        point[i] = std::min(i, c.count - 1);
+      }
+      once.leaveBody(c.count, point, o, ls.wi, tMax, nullptr, factor);
+      const uint32_t event = c.eventOfSlot[0];
+      const bool isSpecular = event & 1;
+      const float* const* radiance = isSpecular && ls.specularRadiance[0] ? ls.specularRadiance : ls.radiance;
+      for (uint32_t i = 0; i < c.count; ++i) {
+        if (!(ls.pdf[i] > 0)) continue;
+        const uint32_t s = c.path[i];
+        const float scale = (isSpecular ? ls.specular : ls.diffuse)[i] / (ls.pdf[i] * float(parts));
+        const V v = clamped(c.depth + 2, V::load(paths_.throughput, s) * V::load(radiance, i) *
+                                             V::load(e.weight[0], i) * V::load(factor, i) * Float<1>(scale));
+        if (!(maxComponent(v).lane0() > 0)) continue;
+        const uint32_t state = stepState(sv_->paths, paths_.state[s], event);
+        arrivals_.from(i, V::load(o, i), V::load(ls.wi, i), tMax[i], 1, ls.spread ? ls.spread[i] : 0.f, ls.light[i]);
+        arrivals_.add(v, state, ls.light[i]);
+        if (sv_->wantsUnshadowed) open.add(v, s, state, ls.light[i]);
+      }
+      open.send(g_, sv_);
+    }
+    arrivals_.send();
+  }
   // Light samples before their shadow rays, each as if nothing else could find them.
   struct Unshadowed {
     float* value[3];
@@ -385,6 +391,12 @@ class Vcm {
       const uint32_t room = isWanted ? c.padded * c.slotCount + kPad : kPad;
       for (float*& x : value) x = c.alloc<float>(room);
       for (uint32_t** x : {&slot, &state, &light}) *x = c.alloc<uint32_t>(room);
+    }
+    void add(V v, uint32_t s, uint32_t at, uint32_t from) {
+      v.store(value, count);
+      slot[count] = s;
+      state[count] = at;
+      light[count++] = from;
     }
     void add(Mask<W> on, Vec3<W> v, Int<W> s, Int<W> at, Int<W> from) {
       const Packer<W> pack(on);
@@ -632,29 +644,28 @@ class Vcm {
     const bool isInSpace = c.traits & kTraitInSpace, seesLightsAlone = c.traits & kTraitScattersOnce;
     const float spread = (isInSpace ? o_.mediaRadius : o_.radius) * sv_->pixelAngle + 0.01f;
     Merged<W> merged(g_, sv_, o_, c, *index, readsEvents_);
+    MergeIndex::Query* queries = c.alloc<MergeIndex::Query>(c.count);
+    uint32_t *point = c.alloc<uint32_t>(c.count), n = 0, last = c.count;
     for (uint32_t i = 0; i < c.count; ++i) {
-      const float P[3] = {c.P[0][i], c.P[1][i], c.P[2][i]}, radius = neighbourhood.radius[i], time = c.time[i];
-      const uint32_t s = c.path[i], medium = isInSpace ? c.place.instance[i] : Photon::kNoMedium;
       if (!(neighbourhood.count[i] > 0)) continue;
-      merged.begin(i, neighbourhood, sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
-      const Vec3<W> at{Float<W>(P[0]), Float<W>(P[1]), Float<W>(P[2])};
-      index->near(P, radius, spread, [&](uint32_t cell, uint32_t begin, uint32_t end) {
-        for (uint32_t k = begin; k < end; k += W) {
-          const Vec3<W> between = Vec3<W>::load(index->P, k) - at;
-          const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(end - k, W)));
-          const Mask<W> isNear = in & (dot(between, between) <= Float<W>(radius * radius)) &
-                                 (Int<W>::load(index->cells + k) == Int<W>(cell));
-          for (uint32_t bits = isNear.bits(); bits; bits &= bits - 1) {
-            const uint32_t entry = k + uint32_t(__builtin_ctz(bits));
-            const Photon& photon = index->photons[entry];
-            if (photon.medium == medium && std::fabs(photon.time - time) <= o_.timeRadius &&
-                photon.verticesBefore() + c.depth <= o_.bounces && !(seesLightsAlone && photon.verticesBefore()))
-              merged.add(entry);
-          }
-        }
-      });
-      merged.evaluate();
+      queries[n] = {{c.P[0][i], c.P[1][i], c.P[2][i]}, neighbourhood.radius[i]};
+      point[n++] = i;
     }
+    index->near(n, queries, spread, [&](uint32_t query, uint32_t found, const uint32_t* entries) {
+      const uint32_t i = point[query], s = c.path[i], medium = isInSpace ? c.place.instance[i] : Photon::kNoMedium;
+      if (i != last) {
+        merged.evaluate();
+        merged.begin(i, neighbourhood, sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
+        last = i;
+      }
+      for (uint32_t k = 0; k < found; ++k) {
+        const Photon& photon = index->photons[entries[k]];
+        if (photon.medium == medium && std::fabs(photon.time - c.time[i]) <= o_.timeRadius &&
+            photon.verticesBefore() + c.depth <= o_.bounces && !(seesLightsAlone && photon.verticesBefore()))
+          merged.add(entries[k]);
+      }
+    });
+    merged.evaluate();
     merged.send();
   }
 
@@ -677,14 +688,6 @@ class Vcm {
   bool
       connectsCamera_;  // not where unshadowed light is wanted: splats do not know what would have been without shadows
   PathDensities sums_;
-  // Vertices of light paths until these end, each with the one before it; by slot the newest.
-  struct Kept {
-    Stored stored;
-    Kept* earlier;
-  };
-  Kept** newest_ = nullptr;
-  Kept* room_ = nullptr;  // for the vertices of this depth; null where they are not kept
-  uint32_t most_ = 0;     // of a path
   Arrivals<W> arrivals_;
   vcm::Ends ends_{};
   EndContext* endContexts_ = nullptr;
