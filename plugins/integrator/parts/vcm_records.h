@@ -19,7 +19,7 @@ struct Options {
   float reduce = 0.67f;       // sample i (from 1) has i^((reduce - 1) / 2) of it
   bool mergesMedia = false;   // the same of vertices in media
   bool beams = false;         // and beams there: of light paths with camera paths' vertices and rays
-  float mediaRadius = 5;      // of both, as `radius`; sample i has i^((mediaReduce - 1) / dimension) of it
+  float mediaRadius = 2;      // of both, as `radius`; sample i has i^((mediaReduce - 1) / dimension) of it
   float mediaReduce = 0.67f;
   float kept = 1;                      // share of light paths that leave anything for camera paths to find
   float timeRadius = 1;                // farthest distance in time of merged vertices, of the shutter's opening
