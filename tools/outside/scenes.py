@@ -304,7 +304,7 @@ def scene_wax():
     shapes = [Sphere((-0.7, 0.6, 0), 0.6), box((0.2, 0.01, -0.3), (1.1, 0.9, 0.3))]
     scene = Scene("subsurface walks beside a medium in a diffusing boundary", Camera((0, 1.4, 4.6), (0, 0.5, 0), 36),
                   [Object(floor(0, 4), GREY)], [Rectangle((1.5, 3, 1), (0.5, 0, 0), (0, 0, 0.5), (12, 11, 9)), Rectangle((-3, 2, 1), (0, 0, 1), (0, 1, 0), (3, 4, 6))],
-                  600, [Side("kinora", "PxrPathTracer", 256), Side("mitsuba", "volpathmis", 256), Side("cycles", "path", 256), Side("cycles", "random_walk", 256)])
+                  600, [Side("kinora", "PxrPathTracer", 256), Side("kinora", "PxrVCM", 128, {"mergePaths": 0}), Side("mitsuba", "volpathmis", 256), Side("cycles", "path", 256), Side("cycles", "random_walk", 256)])
     scene.walks = [Object(s, Walk(color, reach), Medium(extinction, albedo)) for s in shapes]
     scene.objects += [Object(s, Diffuser(), Medium(extinction, albedo)) for s in shapes]
     return scene
