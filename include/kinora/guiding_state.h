@@ -205,8 +205,14 @@ class Teacher {
     const uint64_t most = uint64_t(o_.regions) + 1;
     // the octree that grows: entries, and of each region what it comes from
     if (!make(tree_, 8 * (most + 1)) || !make(from_, most) || !make(share_, most) || !make(region_, count_ + 1) ||
-        !make(order_, count_ + 1) || !make(first_, most + 1))
+        !make(order_, count_ + 1) || !make(first_, most + 1) || !make(parts_, 4 * kCells))
       return;
+    for (uint32_t i = 0; old_ && i < 4 * kCells; ++i) {
+      uint32_t x, y;
+      placeOf(i / 4, x, y);
+      directionAt((float(4 * x + 1 + 2 * (i & 1)) * (0.5f / kSide)) - 1,
+                  (float(4 * y + 1 + (i & 2)) * (0.5f / kSide)) - 1, parts_[i]);
+    }
     frame();
     grow();
     sort();
@@ -494,8 +500,8 @@ class Teacher {
     f[3] = light > 0 && std::isfinite(near / light) ? float(near / light) : 0.f;
   }
   // Light and counts by cell, seen from another frame: each cell in four parts.
-  static void inherit(const float* light, const float* count, const float from[4], float keep, const float to[4],
-                      float* lights, float* counts) {
+  void inherit(const float* light, const float* count, const float from[4], float keep, const float to[4],
+               float* lights, float* counts) const {
     if (std::memcmp(from, to, 4 * sizeof(float)) == 0 || !(from[3] > 0) || !(to[3] > 0)) {
       for (uint32_t c = 0; c < kCells; ++c) {
         lights[c] = light[c] * keep;
@@ -505,18 +511,17 @@ class Teacher {
     }
     std::fill_n(lights, kCells, 0.f);
     std::fill_n(counts, kCells, 0.f);
+    const float shrinks = to[3] / from[3],
+                moves[3] = {(from[0] - to[0]) * to[3], (from[1] - to[1]) * to[3], (from[2] - to[2]) * to[3]};
     for (uint32_t c = 0; c < kCells; ++c) {
       if (!(light[c] > 0 || count[c] > 0)) continue;
-      uint32_t x, y;
-      placeOf(c, x, y);
+      const float l = light[c] * keep * 0.25f, n = count[c] * keep * 0.25f;
       for (uint32_t k = 0; k < 4; ++k) {
-        float d[3];
-        directionAt((float(4 * x + 1 + 2 * (k & 1)) * (0.5f / kSide)) - 1,
-                    (float(4 * y + 1 + (k & 2)) * (0.5f / kSide)) - 1, d);
-        for (int j = 0; j < 3; ++j) d[j] = (from[j] + d[j] / from[3] - to[j]) * to[3];
+        const float* part = parts_[4 * c + k];
+        const float d[3] = {moves[0] + part[0] * shrinks, moves[1] + part[1] * shrinks, moves[2] + part[2] * shrinks};
         const uint32_t cell = guiding::cellOf(d);
-        lights[cell] += light[c] * keep * 0.25f;
-        counts[cell] += count[c] * keep * 0.25f;
+        lights[cell] += l;
+        counts[cell] += n;
       }
     }
   }
@@ -673,6 +678,7 @@ class Teacher {
   const LearnServices& s_;
   const Options& o_;
   const State* old_;
+  float (*parts_)[3] = nullptr;  // directions of quarters of cells
   const Lesson* lessons_;
   uint64_t count_;
   uint32_t *tree_ = nullptr, *from_ = nullptr, *region_ = nullptr, *order_ = nullptr, *first_ = nullptr,
