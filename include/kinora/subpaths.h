@@ -346,6 +346,10 @@ class Subpaths {
     if (n) sv_->leave(g_, &g_->paths, &c, n, points, slots, through);
     return a;
   }
+  // Of camera paths at `s`: the states after an event at their vertices.
+  Int<W> stateAfter(const Slots<W>& s, uint32_t event) const {
+    return gather(sv_->paths.next, s.get(state) * Int<W>(sv_->paths.eventCount) + Int<W>(event));
+  }
   // A ray that goes on with a slot's path, in place of scatter(): the event by which it left the vertex before, and its
   // RayList::origin. pdf: of its direction, against light samples of media; 0: these have all, HUGE_VALF: it does.
   void goOn(uint32_t slot, const float o[3], const float d[3], float radius, float spread, uint32_t event,
