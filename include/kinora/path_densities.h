@@ -181,8 +181,9 @@ class PathDensities {
   }
   // Behind the meeting of lights: see beginAnew().
   void endLit(uint32_t n, const uint32_t* slots) {
-    for (uint32_t i = 0; i < n; ++i)
+    for (uint32_t i = 0; hasLit_ && i < n; ++i)
       if (of_[slots[i]].last == kAllBySamples) of_[slots[i]].last = 0;
+    hasLit_ = false;
   }
   // At each other vertex: from densities per solid angle to those per area.
   void arrive(const Context& c) {
@@ -196,7 +197,10 @@ class PathDensities {
   }
   // Of a path that went where no other technique goes: none makes a vertex before this one in another way. lit: light
   // samples have all that its next ray might find of lights, up to endLit().
-  void beginAnew(uint32_t slot, bool lit = false) { of_[slot] = {lit ? kAllBySamples : 0, 0, 0}; }
+  void beginAnew(uint32_t slot, bool lit = false) {
+    of_[slot] = {lit ? kAllBySamples : 0, 0, 0};
+    hasLit_ |= lit;
+  }
   // After new directions were taken; merges: see below, null: none.
   void leave(const Context& c, const GenerateArgs& a, const float* merges = nullptr) {
     for (uint32_t i = 0; i < c.count; ++i) {
@@ -222,6 +226,7 @@ class PathDensities {
   const Services* sv_;
   PathSums* of_;
   PathTechniques is_;
+  bool hasLit_ = false;  // some path has kAllBySamples
 };
 
 // The other ways to make a path that was made by...

@@ -1,12 +1,12 @@
 // What merging finds (plugins/integrator/parts/merge_index.h) against a look at every vertex: on surfaces and in space,
 // with radii that are alike and that grow across the powers of two at which cells change, at places of either sign and far
-// from the origin, by any number of threads. Each vertex is found once, in the order of the records of its cell.
+// from the origin, built in another order of its parts. Each vertex is found once. It misses the order of what is found.
 #include "plugins/integrator/parts/merge_index.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
+#include <cstddef>
 #include <memory>
 #include <random>
 #include <set>
@@ -34,7 +34,7 @@ CommitServices servicesOf(Host& host) {
   return s;
 }
 
-// Radii are `grows` times the distance from the origin, as those of pixels are, or 1.
+// Radii are `grows` times the distance from the origin, as those of pixels are, or all the same.
 void expectFoundOnce(uint32_t count, bool isFlat, float at, float size, float grows) {
   std::mt19937 random(count + 7 * uint32_t(isFlat));
   std::uniform_real_distribution<float> in(-size, size);

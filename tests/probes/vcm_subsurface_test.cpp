@@ -1,7 +1,7 @@
-// PxrVCM below surfaces against PxrPathTracer: equal means of a ball of wax under a coat, by walks (with and without a
-// boundary), by a profile, by single scattering and straight through, under lights of every kind and in fog; with all sets
+// PxrVCM below surfaces against PxrPathTracer: equal means of a ball of wax under a coat, by walks,
+// by a profile, by single scattering and straight through, under lights of every kind and in fog; with all sets
 // of techniques. Footprints decide nothing where paths of both ends come. Equal bits for threads, widths, groups and
-// splits. It misses skins in layers, whose ways below are the same ones.
+// splits. It misses boundaries with an index and skins in layers, whose ways below are the same ones.
 #include <string>
 
 #include "tests/probes/methods.h"
@@ -42,7 +42,7 @@ TEST(VcmSubsurface, WalksInFog) {
   expectConnectedAlike(stage, room(kRect, wax(kWalks + kCoat), "", kFog), 0.07, 32);
 }
 
-// Seen from afar, where the path tracer reflects at once: what comes out must not hang on the width of either path.
+// Under a switch at which the path tracer reflects at once: what comes out must not hang on the width of either path.
 TEST(VcmSubsurface, FootprintsDecideNothing) {
   const auto meanOf = [](const Method& method, int switchAt) {
     std::string text = room(std::string(kRect) + kPoint, wax(kWalks));

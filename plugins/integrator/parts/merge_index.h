@@ -1,14 +1,12 @@
 // Vertices of light paths by place: what merging looks them up in. Built at the barrier behind the stage of light
 // paths, from its records alone, and read by all threads. Cells are as large as the powers of two above the radii of
-// the vertices in them; a hash of level and cell picks a bucket.
+// the vertices in them; a hash of level and block of cells picks buckets that follow each other.
 #pragma once
 #include <kinora/integrator.h>
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace kinora::vcm {
 
