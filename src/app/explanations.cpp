@@ -399,6 +399,13 @@ constexpr Explanation kRooms[] = {
      "and "
      "turn within a frame, and their filters with them, but keep the size and shape that they have at the middle of "
      "the shutter. Surfaces that glow change those too."},
+    {"LIGHT-GEOMETRY",
+     "A light has geometry (PxrMeshLight, AreaLightSource) of a kind, or in a state, that lights do not follow: "
+     "curves "
+     "and points have no surface that light could leave, vertices do not move while the shutter is open, "
+     "displacement "
+     "and the cuts of solids are those of surfaces alone. The message says which it is and what stands in. An object "
+     "that glows by its material has all of these."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
      "which "
@@ -501,9 +508,17 @@ constexpr Explanation kRooms[] = {
      "\"globalVolumeAggregate\" is that of volumes that say nothing."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
-    {"MEDIUM-OPEN", "Curves and points have the material of a medium, and enclose no space. They are left out."},
+    {"MEDIUM-OPEN",
+     "What has the material of a medium encloses no space. Curves and points are left out. A surface with holes, or "
+     "one "
+     "side of a box as a primitive of its own, bounds its medium as far as it goes: rays that meet it once are "
+     "inside "
+     "from there on, or were until then."},
     {"MEDIUM-OVERLAP",
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
+    {"MEDIUM-SOLID",
+     "A part of a solid (SolidBegin) has the material of a medium. What a solid leaves of its parts is known for "
+     "surfaces alone: the medium is left out."},
     {"MEDIUM-VELOCITY",
      "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
      "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is "

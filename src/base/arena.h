@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 #include <vector>
 
@@ -36,17 +37,48 @@ class Arena {
     return static_cast<T*>(allocate(n * sizeof(T)));
   }
 
+  // A place to go back to, as often as wanted: release() lets go of what was taken since, and of marks made since.
   struct Mark {
     size_t block, used;
+    bool operator==(const Mark&) const = default;
+    bool operator<(const Mark& o) const { return block != o.block ? block < o.block : used < o.used; }
   };
-  Mark mark() const { return {current_, used_}; }
+  Mark mark() {
+    const Mark here{current_, used_};
+    if (marks_.empty() || !(marks_.back().at == here)) marks_.push_back({here, ++clock_, 0});
+    ++marks_.back().holders;
+    return here;
+  }
   void release(Mark m) {
+    while (!marks_.empty() && m < marks_.back().at) marks_.pop_back();
+    const uint64_t made = marks_.empty() || !(marks_.back().at == m) ? 0 : marks_.back().made;
+    for (; !kept_.empty() && !(kept_.back().at < m); kept_.pop_back())
+      if (const Kept& k = kept_.back(); k.born < made) std::memcpy(k.object, k.bytes, k.size);
     current_ = m.block;
     used_ = m.used;
+  }
+  // The same, and nobody goes back there any more.
+  void end(Mark m) {
+    release(m);
+    if (!marks_.empty() && marks_.back().at == m && --marks_.back().holders == 0) marks_.pop_back();
   }
   void reset() {
     current_ = 0;
     used_ = 0;
+    marks_.clear();
+    kept_.clear();
+  }
+
+  // What is older than a mark may find things out later, and note where in the arena they are: when that memory goes, it
+  // must forget them. Time runs by marks: what was born() at a time is older than marks made later. An object that is
+  // older than the newest mark keeps what it is before it changes.
+  uint64_t now() const { return clock_; }
+  uint64_t newestMark() const { return marks_.empty() ? 0 : marks_.back().made; }
+  void keepUntilRelease(void* object, size_t size, uint64_t born) {
+    const Mark at{current_, used_};
+    void* bytes = allocate(size);
+    std::memcpy(bytes, object, size);
+    kept_.push_back({at, object, bytes, size, born});
   }
   size_t bytes() const {
     size_t n = 0;
@@ -66,15 +98,29 @@ class Arena {
     blocks_.push_back({static_cast<char*>(m), size});
     used_ = 0;
   }
+  struct Held {
+    Mark at;
+    uint64_t made;     // when
+    uint32_t holders;  // as many as have it
+  };
+  struct Kept {
+    Mark at;
+    void *object, *bytes;
+    size_t size;
+    uint64_t born;
+  };
   std::vector<Block> blocks_;
   size_t current_ = 0, used_ = 0;
+  uint64_t clock_ = 0;
+  std::vector<Held> marks_;
+  std::vector<Kept> kept_;
 };
 
 // Gives back at its end what was taken from an arena since it was made.
 class ArenaScope {
  public:
   explicit ArenaScope(Arena& arena) : arena_(arena), mark_(arena.mark()) {}
-  ~ArenaScope() { arena_.release(mark_); }
+  ~ArenaScope() { arena_.end(mark_); }
   ArenaScope(const ArenaScope&) = delete;
   ArenaScope& operator=(const ArenaScope&) = delete;
 

@@ -1,27 +1,51 @@
 #include "render/mesh_light.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "geometry/tessellate.h"
 #include "render/matrix_scale.h"
 
 namespace kinora::render {
 
-EmittingMesh emittingMesh(const scene::Primitive& primitive, const scene::Transform& toWorld, double time,
-                          const double origin[3], bool worldMirrored, Diagnostics& diagnostics) {
+namespace {
+
+// Lights know less of geometry than surfaces do: what of it they leave out is said.
+void warnOfWhatLightsLack(const scene::Light& l, const geometry::Mesh& mesh, Diagnostics& diagnostics) {
+  const scene::Primitive& p = *l.geometry;
+  const auto warn = [&](const char* what, const char* instead) {
+    diagnostics.warning("LIGHT-GEOMETRY", p.pos,
+                        "the light '" + l.node->handle + "' emits from " + scene::requestName(p.shape) + what,
+                        instead, "an object that glows (PxrConstant, glowGain) has any shape");
+  };
+  if (mesh.isStrand()) return warn(", and lights of geometry have surfaces", "it is left out");
+  if (mesh.times.size() > 1)
+    warn(" that deforms while the shutter is open", "it keeps the shape of the middle of that time");
+  if (p.attributes && p.attributes->displacement) warn(" that is displaced", "light comes from where it was before");
+  if (p.solid) warn(" that is a part of a solid", "light comes from all of it, whatever the solid leaves of it");
+}
+
+}  // namespace
+
+EmittingMesh emittingMesh(const scene::Light& l, double time, const double origin[3], bool worldMirrored,
+                          Diagnostics& diagnostics) {
   EmittingMesh out;
   geometry::DiceRate rate;  // no camera: each kind's plain rate, since a light's outline is never seen sharply
   rate.worldMirrored = worldMirrored;
   rate.maxTriangles = 200'000;
-  const std::optional<geometry::Mesh> mesh = geometry::tessellate(primitive, rate, diagnostics);
+  const std::optional<geometry::Mesh> mesh = geometry::tessellate(*l.geometry, rate, diagnostics);
   if (!mesh || mesh->vertexCount == 0) return out;
-  size_t key = 0;
-  for (size_t k = 1; k < mesh->times.size(); ++k)
-    if (std::fabs(mesh->times[k] - time) < std::fabs(mesh->times[key] - time)) key = k;
-  const scene::Matrix m = toWorld.at(time);
+  warnOfWhatLightsLack(l, *mesh, diagnostics);
+  if (mesh->isStrand()) return out;
+  // between the keys around that time
+  size_t after = 0;
+  while (after + 1 < mesh->times.size() && mesh->times[after] < time) ++after;
+  const size_t before = after ? after - 1 : 0;
+  const double span = after > before ? mesh->times[after] - mesh->times[before] : 0;
+  const double share = span > 0 ? std::clamp((time - mesh->times[before]) / span, 0., 1.) : 0;
+  const scene::Matrix m = l.toWorld.at(time);
   for (uint32_t i = 0; i < mesh->vertexCount; ++i) {
-    const Imath::V3f& p = mesh->points[key * mesh->vertexCount + i];
-    const Imath::V3d world = (Imath::V3d(p.x, p.y, p.z) + mesh->origin) * m;
+    const Imath::V3d p(mesh->points[before * mesh->vertexCount + i]), q(mesh->points[after * mesh->vertexCount + i]);
+    const Imath::V3d world = (p + (q - p) * share + mesh->origin) * m;
     for (int c = 0; c < 3; ++c) out.points.push_back(float(world[c] - origin[c]));
   }
   // the mesh's normal goes over as a normal does: a mirroring transform leaves the outside outside

@@ -18,8 +18,9 @@ struct EmittingMesh {
   }
 };
 
-// At `time`, moved by -origin; empty where the primitive gives no surface (a message has said so).
-EmittingMesh emittingMesh(const scene::Primitive& primitive, const scene::Transform& toWorld, double time,
-                          const double origin[3], bool worldMirrored, Diagnostics& diagnostics);
+// The geometry of a light that has one, at `time`, moved by -origin; empty where it gives no surface. What lights lack
+// (motion of vertices, displacement, the cuts of solids) is told.
+EmittingMesh emittingMesh(const scene::Light& light, double time, const double origin[3], bool worldMirrored,
+                          Diagnostics& diagnostics);
 
 }  // namespace kinora::render

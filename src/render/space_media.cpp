@@ -23,6 +23,31 @@ double signedVolume(const geometry::Mesh& mesh) {
   return six;
 }
 
+// Of a closed surface the integral of x_i n_j over its area is its volume where i = j, else 0, and that of n is 0; seams
+// of unshared vertices do not matter. Only open surfaces of much symmetry pass as well.
+bool isClosed(const geometry::Mesh& mesh) {
+  double moments[3][3] = {}, whole = 0, extent = 0;
+  Imath::V3d sum(0, 0, 0);
+  const Imath::V3d center = 0.5 * (mesh.bounds.min + mesh.bounds.max) - mesh.origin;
+  for (size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const Imath::V3d a = Imath::V3d(mesh.points[mesh.indices[i]]) - center,
+                     b = Imath::V3d(mesh.points[mesh.indices[i + 1]]) - center,
+                     c = Imath::V3d(mesh.points[mesh.indices[i + 2]]) - center;
+    const Imath::V3d area = 0.5 * (b - a).cross(c - a), at = (a + b + c) / 3;
+    sum += area;
+    whole += area.length();
+    extent = std::max(extent, at.length());
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j) moments[k][j] += at[k] * area[j];
+  }
+  constexpr double kTolerance = 1e-4;
+  bool closed = sum.length() <= kTolerance * whole;
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j)
+      closed &= std::fabs(moments[k][j] - (k == j ? moments[0][0] : 0)) <= kTolerance * whole * extent;
+  return closed;
+}
+
 // Whether a mesh is its bound, closed and nothing else: all points are corners of it, and they enclose as much.
 bool isBox(const geometry::Mesh& mesh) {
   if (mesh.keyCount() > 1 || mesh.triangleCount() != 12) return false;
@@ -185,6 +210,15 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
                             "it is left out", "curves and points have no inside");
       continue;
     }
+    if (flat->memberOf(k).solid != trace::kNoSolid) {
+      diagnostics.warning("MEDIUM-SOLID", p.pos, "'" + p.name() + "' is a part of a solid, and has a medium inside",
+                          "it is left out", "a medium in a closed mesh of the solid's shape");
+      continue;
+    }
+    if (!isClosed(mesh))
+      diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' is open: its surface encloses no space",
+                          "where a ray meets it once, the medium begins or ends there",
+                          "a mesh without holes, of one primitive");
     std::string name = flat->nameOf(k);
     if (name.empty()) name = p.name();
     const uint32_t visibility = aggregates.visibilityOf(flat->attributes[kind], flat->kinds[kind].visibility, name);

@@ -296,7 +296,7 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   const Placement placement = placementOf(l.toWorld, tools.camera);
   EmittingMesh emitting;
   if (l.geometry)
-    emitting = emittingMesh(*l.geometry, l.toWorld, tools.camera.middle(), tools.camera.origin,
+    emitting = emittingMesh(l, tools.camera.middle(), tools.camera.origin,
                             tools.camera.worldToCamera.determinant() < 0, tools.diagnostics);
   const LightMesh lightMesh = emitting.mesh();
   Instance instance;

@@ -483,6 +483,7 @@ void Interpreter::emit(Primitive p) {
     done->named.erase("shade:faceset");
     p.attributes = std::move(done);
   }
+  p.solid = solidHere(p.pos);
   bool isLamp = false;
   if (state_.emitter) {
     scene::Light l = *state_.emitter;
@@ -493,7 +494,6 @@ void Interpreter::emit(Primitive p) {
     addLight(std::move(l));
   }
   if (isLamp) return;
-  p.solid = solidHere(p.pos);
   held_.add(scene::bytesHeld(p));
   auto shared = std::make_shared<const Primitive>(std::move(p));
   if (openObjects_.empty())

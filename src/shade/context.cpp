@@ -92,19 +92,24 @@ uint32_t list(const Context* c, uint32_t index, const float** numbers) {
 
 const Slopes& slopesOfSt(const Context* c) {
   ContextHost& h = ContextHost::of(c);
-  if (!h.st.value[0]) h.st = h.surface.slopes({SlopeSource::What::St}, 2);
-  return h.st;
+  if (!h.known.st.value[0]) {
+    h.remember();
+    h.known.st = h.surface.slopes({SlopeSource::What::St}, 2);
+  }
+  return h.known.st;
 }
 
 Value builtin(const Context* c, Builtin id) {
   ContextHost& h = ContextHost::of(c);
-  if (h.haveBuiltin[size_t(id)]) return h.builtins[size_t(id)];
+  ContextHost::Known& known = h.known;
+  if (known.haveBuiltin[size_t(id)]) return known.builtins[size_t(id)];
+  h.remember();
   const auto keep = [&](Builtin b, std::initializer_list<float*> arrays) {
     Value v;
     for (float* a : arrays) v.data[v.components++] = a;
     v.stride = 1;
-    h.builtins[size_t(b)] = v;
-    h.haveBuiltin[size_t(b)] = true;
+    known.builtins[size_t(b)] = v;
+    known.haveBuiltin[size_t(b)] = true;
   };
   const uint32_t n = c->padded;
   SurfacePoints& surface = h.surface;
@@ -230,7 +235,7 @@ Value builtin(const Context* c, Builtin id) {
       break;
     }
   }
-  return h.builtins[size_t(id)];
+  return known.builtins[size_t(id)];
 }
 
 // How much a number changes over a unit of distance.
@@ -354,7 +359,9 @@ int ellipses(const Context* c, const char* name, Value axes[2]) {
     return 1;
   };
   // one material has many lookups at the texture coordinates
-  if (!name && h.ellipses[0]) return answer(h.ellipses);
+  float** const known = h.known.ellipses;
+  if (!name && known[0]) return answer(known);
+  h.remember();
   SurfacePoints& surface = h.surface;
   const geometry::Primvar* const* of = nullptr;
   Implied implied = Implied::None;
@@ -377,7 +384,7 @@ int ellipses(const Context* c, const char* name, Value axes[2]) {
     if (isPlace && !(args.strand && args.strand[i])) continue;
     for (float* x : out) x[i] = 0;
   }
-  if (!name) std::copy_n(out, 4, h.ellipses);
+  if (!name) std::copy_n(out, 4, known);
   return answer(out);
 }
 
@@ -466,6 +473,7 @@ int probe(const Context* c, const ProbeRays* rays) { return ContextHost::of(c).g
 
 void ContextHost::evaluate(const Context* c, uint32_t n) {
   if (done[n]) return;
+  remember();
   done[n] = 1;
   const ProgramNode& p = program->nodes[n];
   if (p.shader >= 0) {
@@ -484,6 +492,21 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   a.manifolds = manifolds + firstOutput[n];
   program->patterns[n]->compute(c, &a);
   node = before;
+}
+
+void ContextHost::keepAll(uint64_t mark) {
+  static_assert(std::is_trivially_copyable_v<Known> && std::is_trivially_copyable_v<SurfacePoints>);
+  Arena& arena = group->arena();
+  arena.keepUntilRelease(&known, sizeof known, born);
+  arena.keepUntilRelease(&surface, sizeof surface, born);
+  if (program) {
+    const size_t nodes = program->nodes.size();
+    const size_t outs = nodes ? firstOutput[nodes - 1] + program->nodes[nodes - 1].outputParam.size() : 0;
+    arena.keepUntilRelease(done, nodes, born);
+    arena.keepUntilRelease(outputs, outs * sizeof(Value), born);
+    arena.keepUntilRelease(manifolds, outs * sizeof(Manifold), born);
+  }
+  known.keptFor = mark;
 }
 
 const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,     &list,  &builtin,

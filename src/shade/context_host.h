@@ -17,12 +17,17 @@ struct ContextHost {
   Manifold* manifolds = nullptr;
   uint32_t* firstOutput = nullptr;  // by node
   uint8_t* done = nullptr;          // by node
-  Value builtins[size_t(Builtin::Count)];
-  bool haveBuiltin[size_t(Builtin::Count)] = {};
-  bool computing = false;
-  SurfacePoints surface;                                      // where the points lie on the geometry
-  Slopes st{};                                                // of Builtin::St, once it was asked for
-  float* ellipses[4] = {nullptr, nullptr, nullptr, nullptr};  // of the same, likewise
+  // What was asked for, and so is known.
+  struct Known {
+    Value builtins[size_t(Builtin::Count)];
+    bool haveBuiltin[size_t(Builtin::Count)] = {};
+    Slopes st{};                                                // of Builtin::St
+    float* ellipses[4] = {nullptr, nullptr, nullptr, nullptr};  // of the same
+    uint64_t keptFor = 0;                                       // newest mark for which remember() has kept all this
+  };
+  Known known;
+  SurfacePoints surface;  // where the points lie on the geometry
+  uint64_t born = 0;      // Arena::now()
   // The vertices, by point.
   VertexState state;
   const float* ng[3] = {nullptr, nullptr, nullptr};  // as Hits::ng
@@ -31,6 +36,15 @@ struct ContextHost {
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);
+  // Before something becomes known: where memory has been marked since the context was made, that lasts until the mark is
+  // released, and the context goes on as it was.
+  void remember() {
+    const uint64_t mark = group->arena().newestMark();
+    if (mark > born && mark > known.keptFor) keepAll(mark);
+  }
+
+ private:
+  void keepAll(uint64_t mark);
 };
 
 extern const ContextFunctions kContextFunctions;

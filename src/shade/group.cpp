@@ -437,14 +437,13 @@ void GroupState::hitsOnObject(const Context* c, uint32_t n, const uint32_t* poin
 
 void GroupState::freeRegions(const Context* c, uint32_t n, const uint32_t* points, const float* const P[3],
                              const float* reach, FreeRegions* out) {
-  const Arena::Mark mark = arena_.mark();
+  const ArenaScope scope(arena_);
   uint32_t *instances = arena_.make<uint32_t>(n), *geometries = arena_.make<uint32_t>(n);
   for (uint32_t i = 0; i < n; ++i) {
     instances[i] = c->place.instance[points[i]];
     geometries[i] = c->place.geometry[points[i]];
   }
   world_.world->freeRegions(n, instances, geometries, P, reach, *out);
-  arena_.release(mark);
 }
 
 void GroupState::noteBelow(const Context* c, uint32_t n, const uint32_t* points, BelowSurface what) {

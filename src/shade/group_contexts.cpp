@@ -105,6 +105,7 @@ PointsArgs GroupState::startContext(const RayList& list, uint32_t traits, uint32
   for (uint32_t i = n; i < m; ++i) path[i] = entries[n - 1];
   c = new (arena_.allocate(sizeof(Context))) Context();
   ContextHost* h = new (arena_.allocate(sizeof(ContextHost))) ContextHost();
+  h->born = arena_.now();
   h->group = this;
   h->rayKind = ListHost::of(list).kind;
   c->count = n;

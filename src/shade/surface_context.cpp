@@ -21,6 +21,7 @@ void SurfacePoints::begin(GroupState& group, const Context* c, bool hasQuads) {
 }
 
 void SurfacePoints::findQuads() {
+  ContextHost::of(c_).remember();
   quadsWait_ = false;
   float *u = floats(), *v = floats();
   findQuadPlaces(*group_, args_, u, v);
@@ -36,6 +37,7 @@ void SurfacePoints::limitFootprints(float* radius) const {
 float* SurfacePoints::floats() const { return group_->arena().make<float>(args_.n); }
 
 const SurfaceArgs& SurfacePoints::withStrands() {
+  ContextHost::of(c_).remember();
   strandsAsked_ = true;
   meshArgs();
   const trace::World& w = *args_.world->world;
@@ -63,6 +65,7 @@ const SurfaceArgs& SurfacePoints::withStrands() {
 }
 
 void SurfacePoints::findEdges() {
+  ContextHost::of(c_).remember();
   for (auto& edge : edges_)
     for (float*& x : edge) x = floats();
   kernels_->edges(args(), edges_[0], edges_[1]);

@@ -68,6 +68,11 @@ WorldEnd
 }
 
 TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
+// What fibres are asked when a vertex is connected, they have not been asked before.
+TEST(Vcm, SameBitsOfHair) {
+  expectSameBits({}, room(kRect, "Bxdf \"PxrMarschnerHair\" \"hair\" \"float diffuseGain\" [0.8]\n", kLens),
+                 "PxrVCM");
+}
 
 // Light as if nothing were in its way, and what is missing of it, as in the path tracer.
 TEST(Vcm, UnshadowedChannelsAreThePathTracers) {

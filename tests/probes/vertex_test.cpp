@@ -17,7 +17,7 @@
 namespace kinora::probes {
 namespace {
 
-enum class Task { Records, Contexts, Chords, ChordsOfSet, Places };
+enum class Task { Records, Contexts, Marks, Chords, ChordsOfSet, Places };
 struct Kept {
   VertexRecord record;
   uint64_t digest;
@@ -304,6 +304,36 @@ void contexts(Group* g, const Services* s) {
   shared.different += different;
 }
 
+// What contexts are asked for the first time lies in memory that is marked, given back, and used for something else; they
+// are asked again.
+void marks(Group* g, const Services* s) {
+  Prober p(g, s);
+  p.path(0);
+  const auto contexts = p.shadeHits(g->paths, g->count, 0);
+  std::vector<uint64_t> first;
+  uint64_t different = 0, compared = 0;
+  const MemoryMark outer = s->markMemory(g);
+  for (int again = 0; again < 4; ++again) {
+    s->alloc(g, 4096);
+    const MemoryMark inner = s->markMemory(g);
+    size_t at = 0;
+    for (const Context* c : contexts)
+      for (const Digest& d : p.digests(*c)) {
+        if (!again)
+          first.push_back(d.h);
+        else
+          different += d.h != first[at++];
+        ++compared;
+      }
+    s->releaseMemory(g, again % 2 ? outer : inner);
+    for (int i = 0; i < 400; ++i) std::memset(s->alloc(g, 16384), 0x5a, 16384);
+    if (again % 2) s->releaseMemory(g, outer);
+  }
+  const std::lock_guard lock(shared.mutex);
+  shared.compared += compared;
+  shared.different += different;
+}
+
 // Points made of the places of camera hits and of what their rays met, shaded: as the hits themselves but for
 // rounding, whichever side they were seen from. Places that are none are left out.
 void places(Group* g, const Services* s) {
@@ -458,6 +488,8 @@ void integrate(const void*, uint32_t stage, Group* g, const Services* s) {
     case Task::Contexts:
       if (stage == 0) contexts(g, s);
       break;
+    case Task::Marks:
+      return marks(g, s);
     case Task::Places:
       if (stage == 0) places(g, s);
       break;
@@ -556,6 +588,14 @@ TEST(Vertex, ContextsKeepWhatTheyKnowWhilePathsGoOn) {
   renderProbe(kRich, Task::Contexts, 1);
   EXPECT_GT(shared.compared, 2000u);
   EXPECT_EQ(shared.different, 0u) << "of " << shared.compared;
+}
+
+TEST(Vertex, ContextsKeepNothingInMemoryThatIsReleased) {
+  for (const uint32_t width : {1u, 8u}) {
+    renderProbe(kRich, Task::Marks, 1, width);
+    EXPECT_GT(shared.compared, 2000u);
+    EXPECT_EQ(shared.different, 0u) << "of " << shared.compared << " at width " << width;
+  }
 }
 
 TEST(Vertex, ContextsOfPlacesThatNoRayFound) {

@@ -337,5 +337,43 @@ TEST(DirectLight, LightsThatChangeTheirSizeAreTold) {
   EXPECT_EQ(messages("", "Scale 1 1 1", "Scale 1 2 1"), 0);
 }
 
+// What lights of geometry lack is told, and the picture says what stands in.
+TEST(DirectLight, GeometryThatLightsDoNotFollowIsTold) {
+  const std::string square = "Polygon \"P\" [-.5 -.5 0  .5 -.5 0  .5 .5 0  -.5 .5 0]\n";
+  const auto radiance = [](const std::string& geometry, const char* what) {
+    RenderRequest r;
+    r.rib = "Shutter 0 1\n" + whitePlane(
+                                  "AttributeBegin Attribute \"visibility\" \"int camera\" [0] Light "
+                                  "\"PxrMeshLight\" \"m\" \"float intensity\" [1]\n" +
+                                      geometry + "AttributeEnd\n",
+                                  unbiased(0));
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok()) << geometry;
+    const auto told = [&](const std::string& m) {
+      return m.find("LIGHT-GEOMETRY") != std::string::npos && m.find(what) != std::string::npos;
+    };
+    EXPECT_TRUE(std::any_of(render.messages().begin(), render.messages().end(), told)) << geometry;
+    return overPixels(render.channel("Ci")).mean();
+  };
+  // E of a square of side 1 seen from a distance h over its centre
+  const auto ofSquare = [](double h) {
+    const double q = std::sqrt(0.25 + h * h);
+    return 2 / q * std::atan(0.5 / q);
+  };
+  const std::string key =
+      "MotionBegin [0 1] " + square + "Polygon \"P\" [-.5 -.5 -1  .5 -.5 -1  .5 .5 -1  -.5 .5 -1] MotionEnd\n";
+  EXPECT_NEAR(radiance(key, "deforms"), ofSquare(1.5) / kPi, 0.01 * ofSquare(1.5) / kPi);
+  EXPECT_NEAR(radiance("Attribute \"displacementbound\" \"float sphere\" [1]\n"
+                       "Displace \"PxrDisplace\" \"d\" \"vector dispVector\" [0 0 0.5]\n" +
+                           square,
+                       "displaced"),
+              ofSquare(1) / kPi, 0.01 * ofSquare(1) / kPi);
+  for (const char* strand : {"Points \"P\" [0 0 0] \"constant float constantwidth\" [1]\n",
+                             "Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 0 1 0] \"constantwidth\" [.1]\n"})
+    EXPECT_EQ(radiance(strand, "surfaces"), 0);
+  const double inSolid = radiance("SolidBegin \"primitive\" " + square + "SolidEnd\n", "solid");
+  EXPECT_NEAR(inSolid, ofSquare(1) / kPi, 0.01 * ofSquare(1) / kPi);
+}
+
 }  // namespace
 }  // namespace kinora::tests

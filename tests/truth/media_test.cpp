@@ -342,6 +342,24 @@ TEST(Media, ScatterOnceUnlessTheySayOtherwise) {
   EXPECT_GT(once, 0.1);
 }
 
+// No closed surface is taken for an open one, whatever its seams, poles and tessellation.
+TEST(Media, ClosedSurfacesAreNotCalledOpen) {
+  for (const std::string shape :
+       {"Sphere 1 -1 1 360", "Torus 1 0.3 0 360 360", "Scale 1e-3 1 1e3 Sphere 1 -1 1 360",
+        "Translate 1e5 0 0 Sphere 1 -1 1 360", "Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]",
+        "PointsPolygons [3 3 3 3] [0 2 1  0 1 3  1 2 3  2 0 3] \"P\" [0 0 0  1 0 0  0 1 0  0 0 1]",
+        "SubdivisionMesh \"catmull-clark\" [4 4 4 4 4 4] [0 1 3 2  2 3 5 4  4 5 7 6  6 7 1 0  1 7 5 3  6 0 2 4] [] "
+        "[] [] [] "
+        "\"P\" [-1 -1 1  1 -1 1  -1 1 1  1 1 1  -1 1 -1  1 1 -1  -1 -1 -1  1 -1 -1]"}) {
+    RenderRequest r;
+    r.rib = orthographic(4, 0.5, 1) + unbiased(1) + "WorldBegin\n" + kSky + medium("") + "Translate 0 0 5 " + shape +
+            "\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok()) << shape;
+    for (const std::string& m : render.messages()) EXPECT_EQ(m.find("MEDIUM-OPEN"), std::string::npos) << m;
+  }
+}
+
 TEST(Media, BadInputIsToldAndBounded) {
   const auto messages = [](const std::string& world, const char* code) {
     RenderRequest r;
@@ -360,6 +378,10 @@ TEST(Media, BadInputIsToldAndBounded) {
   messages(medium("") + "Volume \"torus\" [-1 1 -1 1 2 3] [0 0 0]\n", "GEOM-VOLUME");
   messages(medium("") + box(2, 3, "[2 2 2] \"varying float density\" [1 2 3]"), "MEDIUM-FIELD");
   messages(medium("") + "Points \"P\" [0 0 3] \"constant float constantwidth\" [1]\n", "MEDIUM-OPEN");
+  messages(medium("") + "Polygon \"P\" [-1 -1 3 1 -1 3 1 1 3 -1 1 3]\n", "MEDIUM-OPEN");
+  messages(medium("") + "Translate 0 0 3 Sphere 1 -1 0.3 360\n", "MEDIUM-OPEN");
+  messages(medium("") + "Translate 0 0 3 Cylinder 1 -1 1 360\n", "MEDIUM-OPEN");
+  messages(medium("") + "SolidBegin \"primitive\" Translate 0 0 3 Sphere 1 -1 1 360 SolidEnd\n", "MEDIUM-SOLID");
   messages(medium("\"float densityFloat\" [-4]") + box(2, 3), "");
   messages(medium("\"float densityFloat\" [1e30]") + box(2, 3), "");
   messages(medium("\"float densityFloat\" [1e12] \"int multiScatter\" [1]") + box(2, 3), "");

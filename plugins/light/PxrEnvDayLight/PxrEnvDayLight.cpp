@@ -38,7 +38,7 @@ inline constexpr std::array kDay = {
         .help("Of the sun's disc, 1 is 0.55 degrees; its power stays the same."),
     param::integer("groundMode", 0)
         .range(0, 2)
-        .options("0 and 1 horizon's colour, 2 diffuse ground")
+        .options("0 horizon's colour, 1 the same, 2 diffuse ground")
         .help("What is seen below the horizon."),
     param::color("groundColor", 0.18f).help("Fraction of sky and sun that the ground reflects."),
 };

@@ -98,6 +98,10 @@ TEST(PxrRodLightFilter, ABrokenRampIsTold) {
     expectGrey(f.at({0, 0, 0}), 0);
     expectGrey(f.at({0, 0, 1.125}), 1);
   }
+  const TestFilter fewer("PxrRodLightFilter", {{"falloff_Knots", V{0, 0.5, 1}}, {"falloff_Floats", V{1, 0}}});
+  ASSERT_EQ(fewer.warnings.size(), 1u);
+  EXPECT_NE(fewer.warnings[0].find("3 knots and 2 values"), std::string::npos) << fewer.warnings[0];
+  expectGrey(fewer.at({0, 0, 1.125}), 1);
 }
 
 }  // namespace

@@ -118,14 +118,17 @@ struct Ramp {
   void set(const NamedValues& v, const std::string& name, const char* values, uint32_t channels) {
     const ParamValue& places = v.info().values[v.index(name + "_Knots")];
     const ParamValue& numbers = v.info().values[v.index(name + values)];
-    const uint32_t given = std::min(places.count, numbers.count / channels);
-    bool good = given > 0 && given <= kMostKnots;
+    const uint32_t given = places.count;
+    bool good = given > 0 && given <= kMostKnots && numbers.count / channels >= given;
     for (uint32_t i = 0; good && i < given; ++i) {
       good = std::isfinite(places.floats[i]) && (i == 0 || places.floats[i] >= places.floats[i - 1]);
       for (uint32_t c = 0; c < channels; ++c) good = good && std::fabs(numbers.floats[channels * i + c]) < 1e18f;
     }
     if (!good) {
-      v.warn("LIGHT-FILTER-RAMP", "the knots of '" + name + "' are none, too many, not ascending or no numbers",
+      v.warn("LIGHT-FILTER-RAMP",
+             "the ramp '" + name + "' has " + std::to_string(places.count) + " knots and " +
+                 std::to_string(numbers.count / channels) +
+                 " values: they are none, too many, not as many, not ascending or no numbers",
              "the ramp is 1 everywhere");
       ramp.count = 1;
       for (float* channel : rgb) channel[0] = 1;
