@@ -79,7 +79,8 @@ class KeptVertices {
         Float<1> u, unused;
         draw2(sv_->samples, Int<1>(g_->paths.sampleSeed[s]), Int<1>(g_->paths.sampleIndex[s]),
               dimensionAt(0) + kDimUser, u, unused);
-        vcm::drawEnds(path, std::min(count, o_.bounces), o_.bounces, o_.kept, u.lane0());
+        vcm::drawEnds(path, std::min(count, o_.bounces), vcm::connectedOf(o_, sv_->mediaScatter), o_.bounces, o_.kept,
+                      u.lane0());
       }
       const bool merged = near_.isMerged(s);
       for (uint32_t v = 0; v < count; ++v) {

@@ -87,21 +87,25 @@ uint32_t listsOf(const void* data, RecordList* out, uint32_t) {
   return lists(*static_cast<const D*>(data), out);
 }
 
-// Each camera path is connected to so many vertices of its light path, the same ones from all its own: more bring less
-// than they cost (docs/integrators.md).
+// Each camera path is connected to at most so many vertices of its light path, the same ones from all its own.
 inline constexpr uint32_t kConnected = 2;
+// More bring less than they cost, and where all is merged as well already the second does (docs/integrators.md).
+// inMedia: whether vertices lie in media, too.
+inline uint32_t connectedOf(const Options& o, bool inMedia) {
+  return o.merges && (o.mergesMedia || !inMedia) ? 1 : kConnected;
+}
 
-// Draws them, each with a probability in proportion to what it carries and to how many vertices of camera paths it may
-// be connected to; at most 1. u: random. kept: share of paths that any are drawn of.
-inline void drawEnds(Stored* const* path, uint32_t count, uint32_t bounces, float kept, float u) {
+// Draws `most` of them, at most kConnected, each with a probability in proportion to what it carries and to how many
+// vertices of camera paths it may be connected to; at most 1. u: random. kept: share of paths that any are drawn of.
+inline void drawEnds(Stored* const* path, uint32_t count, uint32_t most, uint32_t bounces, float kept, float u) {
   if (!(u < kept)) return;
   u = std::min(u / kept, 0x1.fffffep-1f);
-  if (count <= kConnected) {
+  if (count <= most) {
     for (uint32_t v = 0; v < count; ++v) path[v]->probability = kept;
     return;
   }
   // until it is known, the place of a vertex' probability holds its share
-  float sum = 0, left = kConnected;
+  float sum = 0, left = float(most);
   for (uint32_t v = 0; v < count; ++v) {
     const float* t = path[v]->at.throughput;
     path[v]->probability = std::max(t[0], std::max(t[1], t[2])) * float(bounces - v);
@@ -122,7 +126,7 @@ inline void drawEnds(Stored* const* path, uint32_t count, uint32_t bounces, floa
     float& share = path[v]->probability;
     const float p = share < 0 ? 1.f : std::min(share * left / sum, 1.f);
     upTo += p;
-    const bool isDrawn = n < kConnected && p > 0 && u + float(n) < upTo;
+    const bool isDrawn = n < most && p > 0 && u + float(n) < upTo;
     share = isDrawn ? p * kept : 0;
     n += isDrawn;
   }
