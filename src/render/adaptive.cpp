@@ -7,35 +7,50 @@
 
 namespace kinora::render {
 
-ActiveBlocks::ActiveBlocks(const image::Window& window) : window_(window) {
+namespace {
+
+constexpr size_t kPixels = ActivePixels::kPixels;
+
+template <class F>
+void forEachBit(uint32_t mask, F&& f) {
+  for (; mask; mask &= mask - 1) f(size_t(std::countr_zero(mask)));
+}
+
+}  // namespace
+
+ActivePixels::ActivePixels(const image::Window& window) : window_(window) {
   if (window.x1 <= window.x0 || window.y1 <= window.y0) return;
   firstX_ = window.x0 / kSide;
   firstY_ = window.y0 / kSide;
   columns_ = (window.x1 + kSide - 1) / kSide - firstX_;
   rows_ = (window.y1 + kSide - 1) / kSide - firstY_;
-  isActive_.assign(size_t(columns_) * size_t(rows_), 1);
-  activePixels_ = uint64_t(window.pixels());
+  active_.assign(size_t(columns_) * size_t(rows_), kAll);
+  count_ = uint64_t(window.pixels());
 }
 
-bool ActiveBlocks::anyIn(int x0, int y0, int x1, int y1) const {
+bool ActivePixels::anyIn(int x0, int y0, int x1, int y1) const {
   for (int y = y0; y < y1; y += kSide)
     for (int x = x0; x < x1; x += kSide)
-      if (isActive(x, y)) return true;
+      if (activeIn(x, y)) return true;
   return false;
 }
 
-uint64_t ActiveBlocks::pixelsOf(size_t block) const {
+ActivePixels::Mask ActivePixels::inWindow(size_t block) const {
   const int x = (firstX_ + int(block % size_t(columns_))) * kSide,
             y = (firstY_ + int(block / size_t(columns_))) * kSide;
-  const int w = std::min(x + kSide, window_.x1) - std::max(x, window_.x0);
-  const int h = std::min(y + kSide, window_.y1) - std::max(y, window_.y0);
-  return uint64_t(w) * uint64_t(h);
+  uint32_t mask = 0;
+  for (int k = 0; k < kPixels; ++k) {
+    const int px = x + k % kSide, py = y + k / kSide;
+    const bool isIn = px >= window_.x0 && px < window_.x1 && py >= window_.y0 && py < window_.y1;
+    mask |= uint32_t(isIn) << k;
+  }
+  return Mask(mask);
 }
 
-void ActiveBlocks::stop(size_t block) {
-  if (!isActive_[block]) return;
-  isActive_[block] = 0;
-  activePixels_ -= pixelsOf(block);
+void ActivePixels::stop(size_t block, Mask pixels) {
+  const uint32_t ending = active_[block] & pixels;
+  active_[block] = Mask(active_[block] & ~ending);
+  count_ -= uint64_t(std::popcount(ending & inWindow(block)));
 }
 
 void NoiseEstimate::endPart() {
@@ -44,21 +59,29 @@ void NoiseEstimate::endPart() {
       for (size_t c = k; c < k + 3; ++c) sums_[c] += std::exchange(sums_[c + 3], 0);
 }
 
-double NoiseEstimate::relativeDeviation(size_t block, int earlier, int since, float darkFalloff) const {
-  if (earlier < 1 || since < 1) return INFINITY;
-  const int64_t* s = &sums_[block * kNumbers];
-  const double tolerance = double(s[kTolerance]) / (kToleranceStep * ActiveBlocks::kPixels * double(earlier + since));
+void NoiseEstimate::squaredDeviations(size_t block, int earlier, int since, const int taken[], float darkFalloff,
+                                      double out[]) const {
+  std::fill_n(out, kPixels, double(INFINITY));
+  if (earlier < 1 || since < 1) return;
+  const int64_t* sums = &sums_[block * kNumbers];
   // Of means a and b of n and m samples (a - b)^2 n m / (n + m)^2 estimates the variance of the mean of all.
   const double n = earlier, m = since, share = n * m / ((n + m) * (n + m));
-  double squares = 0, level = 0;
-  for (int pixel = 0; pixel < ActiveBlocks::kPixels; ++pixel, s += 6)
+  double level = 0, samples = 0;
+  for (size_t pixel = 0; pixel < kPixels; ++pixel) {
+    const int64_t* s = sums + pixel * 6;
+    double ofPixel = 0, squares = 0;
     for (int c = 0; c < 3; ++c) {
       const double a = double(s[c]) * kStep / n, b = double(s[3 + c]) * kStep / m;
       squares += (a - b) * (a - b) * share;
-      level += std::fabs(a * n + b * m) / (n + m);
+      ofPixel += std::fabs(double(s[c] + s[3 + c])) * kStep;
     }
-  constexpr double kValues = ActiveBlocks::kPixels * 3;
-  return std::sqrt(squares / kValues) / ((level / kValues + double(darkFalloff)) * tolerance);
+    level += ofPixel / std::max(taken[pixel], 1);
+    samples += taken[pixel];
+    out[pixel] = squares / 3;
+  }
+  const double tolerance = double(sums[kTolerance]) / (kToleranceStep * std::max(samples, 1.));
+  const double unit = (level / (3 * kPixels) + double(darkFalloff)) * tolerance;
+  for (size_t pixel = 0; pixel < kPixels; ++pixel) out[pixel] /= unit * unit;
 }
 
 bool isDecisionPoint(int last) {
@@ -68,9 +91,16 @@ bool isDecisionPoint(int last) {
 }
 
 Convergence::Convergence(const Adaptivity& wanted, int first, int most, size_t blocks)
-    : wanted_(wanted), first_(first), most_(most), part_(first), ofSample_(blocks, 0.), taken_(blocks, 0) {}
+    : wanted_(wanted),
+      first_(first),
+      most_(most),
+      part_(first),
+      ofSample_(blocks * kPixels, 0.f),
+      lasting_(wanted.error > 0 ? blocks * kPixels : 0, 0.f),
+      smoothed_(lasting_.size(), 0.f),
+      taken_(blocks * kPixels, 0) {}
 
-void Convergence::decide(NoiseEstimate& noise, int last, ActiveBlocks& active) {
+void Convergence::decide(NoiseEstimate& noise, int last, ActivePixels& active) {
   const int taken = last - first_;
   if (taken >= std::max(wanted_.least, 2) && part_ > first_) decideBy(noise, last, active);
   if (!std::has_single_bit(uint32_t(last))) return;
@@ -78,17 +108,19 @@ void Convergence::decide(NoiseEstimate& noise, int last, ActiveBlocks& active) {
   part_ = last;
 }
 
-void Convergence::decideBy(const NoiseEstimate& noise, int last, ActiveBlocks& active) {
+void Convergence::decideBy(const NoiseEstimate& noise, int last, ActivePixels& active) {
   const int taken = last - first_;
-  double squares = 0, pixels = 0;
+  double squares = 0, pixels = 0, now[kPixels];
   for (size_t b = 0; b < active.blocks(); ++b) {
-    if (active.isActive(b)) {
-      const double deviation = noise.relativeDeviation(b, part_ - first_, last - part_, wanted_.darkFalloff);
-      ofSample_[b] = deviation * deviation * taken;
-      taken_[b] = taken;
+    const uint32_t on = active.active(b), in = active.inWindow(b);
+    if (on) {
+      int* const ofPixel = &taken_[b * kPixels];
+      forEachBit(on, [&](size_t k) { ofPixel[k] = taken; });
+      noise.squaredDeviations(b, part_ - first_, last - part_, ofPixel, wanted_.darkFalloff, now);
+      forEachBit(on, [&](size_t k) { ofSample_[b * kPixels + k] = float(now[k] * taken); });
     }
-    squares += double(active.pixelsOf(b)) * ofSample_[b] / taken_[b];
-    pixels += double(active.pixelsOf(b));
+    forEachBit(in, [&](size_t k) { squares += double(ofSample_[b * kPixels + k]) / taken_[b * kPixels + k]; });
+    pixels += std::popcount(in);
   }
   error_ = std::sqrt(squares / std::max(pixels, 1.));
   if (wanted_.error > 0)
@@ -97,45 +129,108 @@ void Convergence::decideBy(const NoiseEstimate& noise, int last, ActiveBlocks& a
     decideByBlock(taken, active);
 }
 
-void Convergence::decideByBlock(int taken, ActiveBlocks& active) {
+void Convergence::decideByBlock(int taken, ActivePixels& active) {
   left_ = 0;
   const double wanted = double(wanted_.variance) * double(wanted_.variance);
   for (size_t b = 0; b < active.blocks(); ++b) {
-    if (!active.isActive(b)) continue;
-    const double needed = ofSample_[b] / wanted;
+    if (!active.active(b)) continue;
+    double sum = 0;
+    for (size_t k = 0; k < kPixels; ++k) sum += double(ofSample_[b * kPixels + k]);
+    const double needed = sum / (kPixels * wanted);
     if (needed <= taken)
       active.stop(b);
     else
-      left_ += double(active.pixelsOf(b)) * (std::min(needed, double(most_)) - taken);
+      left_ += std::popcount(active.inWindow(b)) * (std::min(needed, double(most_)) - taken);
   }
 }
 
-void Convergence::decideByFrame(int taken, ActiveBlocks& active) {
-  const auto columns = int64_t(active.columns()), rows = columns ? int64_t(active.blocks()) / columns : 0;
-  // A block that has been lucky so far, in missing a bright path that its neighbours know of, takes their word.
-  std::vector<double> deviation(active.blocks());
-  for (int64_t y = 0, b = 0; y < rows; ++y)
-    for (int64_t x = 0; x < columns; ++x, ++b) {
-      double sum = 0, count = 0;
+// The mean of a field of columns x rows values over each one and the eight around it. at(x, y): the value.
+template <class At, class Put>
+static void overNeighbours(int64_t columns, int64_t rows, const At& at, const Put& put) {
+  for (int64_t y = 0; y < rows; ++y)
+    for (int64_t x = 0; x < columns; ++x) {
+      float sum = 0, count = 0;
       for (int64_t v = std::max<int64_t>(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
         for (int64_t u = std::max<int64_t>(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u, ++count)
-          sum += ofSample_[size_t(v * columns + u)];
-      deviation[size_t(b)] = std::sqrt(std::max(ofSample_[size_t(b)], sum / count));
+          sum += at(u, v);
+      put(x, y, sum / count);
     }
-  // What is left of the error of the whole when active blocks take `share` times their deviation, as far as that is
-  // more than they have.
-  const auto needed = [&](size_t b, double share) {
-    return std::clamp(share * deviation[b], double(taken), double(std::max(most_, taken)));
+}
+
+// A pixel that has been lucky so far, in missing a bright path that others know of, takes the word of its neighbours,
+// and the fewer samples there are the more that of those further away.
+void Convergence::smooth(int taken, const ActivePixels& active) {
+  constexpr float kOfEarlier = 0.35f, kFar = 32;
+  const auto columns = int64_t(active.columns()), rows = columns ? int64_t(active.blocks()) / columns : 0;
+  std::vector<float> ofBlock(active.blocks()), around(active.blocks());
+  for (size_t b = 0; b < active.blocks(); ++b) {
+    forEachBit(active.active(b), [&](size_t k) {
+      const float now = ofSample_[b * kPixels + k];
+      float& x = lasting_[b * kPixels + k];
+      x = x > 0 ? now + kOfEarlier * (x - now) : now;
+    });
+    for (size_t k = 0; k < kPixels; ++k) ofBlock[b] += lasting_[b * kPixels + k] / kPixels;
+  }
+  const float far = std::min(kFar / float(taken), 1.f);
+  overNeighbours(
+      columns, rows, [&](int64_t x, int64_t y) { return ofBlock[size_t(y * columns + x)]; },
+      [&](int64_t x, int64_t y, float mean) { around[size_t(y * columns + x)] = far * mean; });
+  constexpr int64_t kSide = ActivePixels::kSide;
+  const auto indexOf = [&](int64_t x, int64_t y) {
+    return size_t((y / kSide * columns + x / kSide) * int64_t(kPixels) + y % kSide * kSide + x % kSide);
+  };
+  overNeighbours(
+      columns * kSide, rows * kSide, [&](int64_t x, int64_t y) { return lasting_[indexOf(x, y)]; },
+      [&](int64_t x, int64_t y, float mean) {
+        const size_t i = indexOf(x, y);
+        smoothed_[i] = std::max({lasting_[i], mean, around[i / kPixels]});
+      });
+  // that says more than there is; the error of the picture stays what the last samples tell
+  double told = 0, sum = 0;
+  for (size_t b = 0; b < active.blocks(); ++b)
+    forEachBit(active.inWindow(b), [&](size_t k) {
+      const size_t i = b * kPixels + k;
+      told += double(ofSample_[i]) / taken_[i];
+      sum += double(smoothed_[i]) / taken_[i];
+    });
+  if (sum > told)
+    for (float& x : smoothed_) x *= float(told / sum);
+}
+
+void Convergence::decideByFrame(int taken, ActivePixels& active) {
+  smooth(taken, active);
+  // What is left of the error of the whole when active pixels take `share` times their deviation, as far as that is more
+  // than they have; pixels of nearly the same deviation together.
+  struct Alike {
+    double squares = 0, pixels = 0;
+  };
+  constexpr int kSteps = 32, kOctaves = 64;  // of the squares
+  std::vector<Alike> alike(size_t(kSteps) * kOctaves);
+  double ended = 0, pixels = 0;
+  for (size_t b = 0; b < active.blocks(); ++b) {
+    const uint32_t on = active.active(b);
+    forEachBit(active.inWindow(b), [&](size_t k) {
+      const double square = double(smoothed_[b * kPixels + k]);
+      if (on >> k & 1) {
+        const double step = kSteps * (std::log2(std::max(square, 1e-30)) + kOctaves / 2.);
+        Alike& a = alike[size_t(std::clamp(step, 0., double(kSteps * kOctaves - 1)))];
+        a.squares += square;
+        ++a.pixels;
+      } else {
+        ended += square / taken_[b * kPixels + k];
+      }
+      ++pixels;
+    });
+  }
+  std::erase_if(alike, [](const Alike& a) { return a.pixels == 0; });
+  const auto needed = [&](double share, double square) {
+    return std::clamp(share * std::sqrt(square), double(taken), double(std::max(most_, taken)));
   };
   const auto squaresAt = [&](double share) {
-    double squares = 0;
-    for (size_t b = 0; b < active.blocks(); ++b)
-      squares += double(active.pixelsOf(b)) * deviation[b] * deviation[b] /
-                 (active.isActive(b) ? needed(b, share) : double(taken_[b]));
+    double squares = ended;
+    for (const Alike& a : alike) squares += a.squares / needed(share, a.squares / a.pixels);
     return squares;
   };
-  double pixels = 0;
-  for (size_t b = 0; b < active.blocks(); ++b) pixels += double(active.pixelsOf(b));
   const double wanted = double(wanted_.error) * double(wanted_.error) * pixels;
   double low = 0, high = 1;
   while (high < 1e12 && squaresAt(high) > wanted) high *= 4;
@@ -148,12 +243,16 @@ void Convergence::decideByFrame(int taken, ActiveBlocks& active) {
   constexpr double kNotWorth = 1.2;
   left_ = 0;
   for (size_t b = 0; b < active.blocks(); ++b) {
-    if (!active.isActive(b)) continue;
-    const double samples = needed(b, high);
-    if (samples < kNotWorth * taken)
-      active.stop(b);
-    else
-      left_ += double(active.pixelsOf(b)) * (samples - taken);
+    uint32_t done = 0;
+    const uint32_t in = active.inWindow(b);
+    forEachBit(active.active(b), [&](size_t k) {
+      const double samples = needed(high, double(smoothed_[b * kPixels + k]));
+      if (samples < kNotWorth * taken)
+        done |= 1u << k;
+      else if (in >> k & 1)
+        left_ += samples - taken;
+    });
+    active.stop(b, ActivePixels::Mask(done));
   }
 }
 

@@ -20,38 +20,41 @@ struct Adaptivity {
   bool isOn() const { return variance > 0 || error > 0; }
 };
 
-// Which blocks of 4 x 4 pixels a pass traces: those of the raster's grid that touch the window.
-class ActiveBlocks {
+// Which pixels a pass traces, in blocks of 4 x 4: those of the raster's grid that touch the window, all of their pixels.
+class ActivePixels {
  public:
   static constexpr int kSide = 4, kPixels = kSide * kSide;
-  ActiveBlocks() = default;
-  explicit ActiveBlocks(const image::Window& window);  // all are active
-  // Of the block that a raster pixel is in; blocks beside the window are not active.
-  bool isActive(int x, int y) const {
+  // Pixels of a block, row by row from the lowest bit.
+  using Mask = uint16_t;
+  static constexpr Mask kAll = 0xffff;
+  ActivePixels() = default;
+  explicit ActivePixels(const image::Window& window);  // all are active
+  // Of a block by its first raster pixel; blocks beside the window have none.
+  Mask activeIn(int x, int y) const {
     const int64_t i = indexOf(x, y);
-    return i >= 0 && isActive_[size_t(i)];
+    return i < 0 ? Mask(0) : active_[size_t(i)];
   }
   bool anyIn(int x0, int y0, int x1, int y1) const;  // raster pixels, half open
-  void stop(size_t block);
-  size_t blocks() const { return isActive_.size(); }
+  void stop(size_t block, Mask pixels = kAll);
+  size_t blocks() const { return active_.size(); }
   size_t columns() const { return size_t(columns_); }  // blocks lie row by row
-  uint64_t pixelsOf(size_t block) const;               // within the window
-  bool isActive(size_t block) const { return isActive_[block]; }
+  Mask active(size_t block) const { return active_[block]; }
+  Mask inWindow(size_t block) const;
   // -1: beside the window
   int64_t indexOf(int x, int y) const {
     const int bx = x / kSide - firstX_, by = y / kSide - firstY_;
     return x < 0 || y < 0 || bx < 0 || by < 0 || bx >= columns_ || by >= rows_ ? -1 : int64_t(by) * columns_ + bx;
   }
-  uint64_t activePixels() const { return activePixels_; }  // within the window
+  uint64_t count() const { return count_; }  // active pixels within the window
 
  private:
   image::Window window_{};
   int firstX_ = 0, firstY_ = 0, columns_ = 0, rows_ = 0;
-  std::vector<uint8_t> isActive_;
-  uint64_t activePixels_ = 0;
+  std::vector<Mask> active_;
+  uint64_t count_ = 0;
 };
 
-// The error of blocks from two parts of their samples: half the difference of two halves is an estimate of the pixel's
+// The error of pixels from two parts of their samples: half the difference of two halves is an estimate of the pixel's
 // error (the half-buffer estimate of Dammertz et al., "A Hierarchical Automatic Stopping Condition for Monte Carlo Global
 // Illumination", 2010). The parts are those before and after the last power of two, each as evenly spread as so many
 // samples can be; those of even and of odd index are not, and say up to 1.8 times the error. Sums are integers: any order
@@ -71,12 +74,14 @@ class NoiseEstimate {
   }
   // All samples so far are earlier ones from now on.
   void endPart();
-  // Of a block whose pixels have so many samples before and since the last endPart(): the root mean square over pixels
-  // and channels of the error of the mean, over the block's mean level plus `darkFalloff` and its mean tolerance.
-  double relativeDeviation(size_t block, int earlier, int since, float darkFalloff) const;
+  // Squares of errors of means over the block's mean level plus `darkFalloff` and its mean tolerance, one a pixel and
+  // the mean over channels; of pixels that have so many samples before and since the last endPart(). taken: samples of
+  // each pixel, of all that count for the level.
+  void squaredDeviations(size_t block, int earlier, int since, const int taken[ActivePixels::kPixels],
+                         float darkFalloff, double out[ActivePixels::kPixels]) const;
 
  private:
-  static constexpr size_t kTolerance = ActiveBlocks::kPixels * 6;  // behind the sums by pixel, part, channel
+  static constexpr size_t kTolerance = ActivePixels::kPixels * 6;  // behind the sums by pixel, part, channel
   static constexpr size_t kNumbers = kTolerance + 1;
   static constexpr float kToleranceStep = 65536.f;
   static constexpr float kStep = 1.f / (1 << 20), kLimit = 65536.f;
@@ -94,29 +99,36 @@ bool isDecisionPoint(int last);
 
 // The decisions. With Adaptivity::variance each block ends by itself, so that a crop decides as the whole frame does.
 // With Adaptivity::error samples go where they lower the error of the whole picture most: in proportion to the
-// deviation of a single sample (Neyman 1934), as that of each block and of the eight around it says.
+// deviation of a single sample (Neyman 1934), pixel by pixel. What few samples of a pixel say of that is little: its
+// estimates of all decisions so far count, the last ones most; the eight pixels around it where they say more; and, the
+// fewer samples there are the more, the blocks around it.
 class Convergence {
  public:
   Convergence() = default;
   // `most`: samples a pixel at most, of a frame whose first has index `first`.
   Convergence(const Adaptivity& wanted, int first, int most, size_t blocks);
-  // Every active pixel has the samples up to index `last`, a decision point. Ends the blocks that are good enough, and
+  static uint64_t bytesFor(size_t blocks) {
+    return blocks * ActivePixels::kPixels * (3 * sizeof(float) + sizeof(int));
+  }
+  // Every active pixel has the samples up to index `last`, a decision point. Ends the pixels that are good enough, and
   // at powers of two the estimate's part.
-  void decide(NoiseEstimate& noise, int last, ActiveBlocks& active);
+  void decide(NoiseEstimate& noise, int last, ActivePixels& active);
   // As the last decision saw it: root mean square over pixels of the relative deviation, -1 before the first one, and
   // the samples that are expected to be taken from then on, pixel by pixel, -1 before the first one.
   double error() const { return error_; }
   double samplesLeft() const { return left_; }
 
  private:
-  void decideBy(const NoiseEstimate& noise, int last, ActiveBlocks& active);
-  void decideByBlock(int taken, ActiveBlocks& active);
-  void decideByFrame(int taken, ActiveBlocks& active);
+  void decideBy(const NoiseEstimate& noise, int last, ActivePixels& active);
+  void decideByBlock(int taken, ActivePixels& active);
+  void decideByFrame(int taken, ActivePixels& active);
+  void smooth(int taken, const ActivePixels& active);
   Adaptivity wanted_;
   int first_ = 0, most_ = 0;
   int part_ = 0;  // index of the first sample of the estimate's newer part
-  // By block, when it was last active: the squared relative deviation of one sample, and how many a pixel has.
-  std::vector<double> ofSample_;
+  // By block and pixel, when it was last active: the squared relative deviation of one sample, as the last decision saw
+  // it, as all of them did, and with its neighbours; how many samples it has.
+  std::vector<float> ofSample_, lasting_, smoothed_;
   std::vector<int> taken_;
   double error_ = -1, left_ = -1;
 };

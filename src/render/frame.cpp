@@ -35,6 +35,17 @@ class Frame::RayLoop final : public Hider {
   void fill(Worker& w, const BucketSamples& b, const std::function<void(uint32_t)>& retire) const override {
     const auto& win = b.camera->window;
     const uint32_t size = frame_.in_.groupSize;
+    // what is active, block by block
+    std::vector<std::array<int, 2>> pixels;
+    for (int y0 = b.y0; y0 < b.y1; y0 += kBlock)
+      for (int x0 = b.x0; x0 < b.x1; x0 += kBlock) {
+        // a block that touches the window is traced whole: its packet must not depend on the crop
+        if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
+        const uint32_t on = b.active ? b.active->activeIn(x0, y0) : ActivePixels::kAll;
+        for (int k = 0; k < int(kPathsOfBlock); ++k)
+          if (on >> k & 1) pixels.push_back({x0 + k % kBlock, y0 + k / kBlock});
+      }
+    const uint64_t paths = uint64_t(b.lastSample - b.firstSample) * pixels.size();
     uint32_t n = 0;
     shade::GroupState& s = w.state();
     Groups groups(frame_, b.number, size / kPathsOfBlock);
@@ -45,19 +56,25 @@ class Frame::RayLoop final : public Hider {
       n = 0;
     };
     w.begin(size, StageKind::CameraPaths);
-    for (int sample = b.firstSample; sample < b.lastSample; ++sample)
-      for (int y0 = b.y0; y0 < b.y1; y0 += kBlock)
-        for (int x0 = b.x0; x0 < b.x1; x0 += kBlock) {
-          // a block that touches the window is traced whole: its packet must not depend on the crop
-          if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
-          if (b.active && !b.active->isActive(x0, y0)) continue;
-          if (!groups.next()) continue;
-          frame_.addBlock(s, x0, y0, sample, n);
-          if (groups.isFull()) {
-            run();
-            w.begin(size, StageKind::CameraPaths);
-          }
-        }
+    for (uint64_t path = 0; path < paths;) {
+      const uint64_t end = std::min(path + kPathsOfBlock, paths);
+      if (!groups.next()) {
+        path = end;
+        continue;
+      }
+      size_t pixel = path % pixels.size();
+      int sample = b.firstSample + int(path / pixels.size());
+      for (; path < end; ++path) {
+        frame_.addPath(s, pixels[pixel][0], pixels[pixel][1], sample, n);
+        if (++pixel < pixels.size()) continue;
+        pixel = 0;
+        ++sample;
+      }
+      if (groups.isFull()) {
+        run();
+        w.begin(size, StageKind::CameraPaths);
+      }
+    }
     if (n) run();
   }
 
@@ -362,9 +379,11 @@ bool Frame::teach(const Lesson& lesson) {
       for (int y0 = top; y0 < top + kTile; y0 += kBlock)
         for (int x0 = left; x0 < left + kTile; x0 += kBlock) {
           if (!learned_->teaches(x0, y0, sample)) continue;
-          if (lesson.done && lesson.done->isActive(x0, y0)) continue;
+          const ActivePixels::Mask done = lesson.done ? lesson.done->activeIn(x0, y0) : ActivePixels::Mask(0);
+          if (done == ActivePixels::kAll) continue;
           if (!groups.next()) continue;
-          addBlock(s, x0, y0, sample, n);
+          for (int k = 0; k < int(kPathsOfBlock); ++k)
+            if (!(done >> k & 1)) addPath(s, x0 + k % kBlock, y0 + k / kBlock, sample, n);
           if (groups.isFull()) {
             run();
             w.begin(in_.groupSize, StageKind::CameraPaths);
@@ -393,7 +412,7 @@ bool Frame::pass(int first, int last) {
     if (isNew) {
       const auto& win = in_.world->camera().window;
       lessons_.push_back(
-          {first, end, in_.active ? *in_.active : ActiveBlocks(image::Window{win[0], win[1], win[2], win[3]})});
+          {first, end, in_.active ? *in_.active : ActivePixels(image::Window{win[0], win[1], win[2], win[3]})});
       taughtTo_ = end;
     }
     first = end;

@@ -33,7 +33,7 @@ struct FrameInput {
   const Hider* hider = nullptr;  // null: the loop over rays
   uint32_t seed = 0;
   int firstSample = 0, lastSample = 64;  // half open
-  const ActiveBlocks* active = nullptr;  // where passes take samples; null: everywhere
+  const ActivePixels* active = nullptr;  // where passes take samples; null: everywhere
   NoiseEstimate* noise = nullptr;        // gets every sample's three floats from `noiseOffset` of the record on
   int noiseOffset = 0;
   int threads = 1;
@@ -84,12 +84,12 @@ class Frame {
   // Paths that have not taught yet: of samples [first, last), where `done` is not active (none: everywhere).
   struct Lesson {
     int first, last;
-    std::optional<ActiveBlocks> done;
+    std::optional<ActivePixels> done;
   };
   // One loop a thread; each takes the next item until there is none. False when stopped.
   bool parallel(const std::function<bool(size_t worker)>& next);
-  // Paths of an item, which stand in blocks of kBlock x kBlock: those of blocks [first, last) are a group. It is void
-  // when its rays met what has not been read.
+  // Paths of an item come in blocks of kBlock x kBlock, which are those of so many pixels side by side where all are
+  // active: blocks [first, last) are a group. It is void when its rays met what has not been read.
   struct Void {
     uint64_t item;
     uint32_t first, last;
@@ -124,7 +124,7 @@ class Frame {
   void makeLearned();
   bool learnUpTo(int sample);
   bool teach(const Lesson& lesson);
-  void addBlock(shade::GroupState& s, int x0, int y0, int sample, uint32_t& n) const;
+  void addPath(shade::GroupState& s, int x, int y, int sample, uint32_t& n) const;
   void cameraGroup(Worker& w, uint32_t count, uint32_t stage);
   void retire(Worker& w, uint32_t count);
   void addNoise(uint32_t count, const float* const* colour, const float* tolerance, shade::GroupState& s);

@@ -9,15 +9,11 @@
 
 namespace kinora::render {
 
-// The samples of a 4 x 4 block.
-void Frame::addBlock(shade::GroupState& s, int x0, int y0, int sample, uint32_t& n) const {
-  for (int k = 0; k < kBlock * kBlock; ++k, ++n) {
-    const int x = x0 + k % kBlock, y = y0 + k / kBlock;
-    s.pixelX()[n] = x;
-    s.pixelY()[n] = y;
-    s.group().paths.sampleIndex[n] = uint32_t(sample);
-    s.group().paths.sampleSeed[n] = pixelSeed(x, y, in_.seed);
-  }
+void Frame::addPath(shade::GroupState& s, int x, int y, int sample, uint32_t& n) const {
+  s.pixelX()[n] = x;
+  s.pixelY()[n] = y;
+  s.group().paths.sampleIndex[n] = uint32_t(sample);
+  s.group().paths.sampleSeed[n++] = pixelSeed(x, y, in_.seed);
 }
 
 // Of a path at a pixel, whose number for it is u: where lines open one after the other, pixels have times of their own.

@@ -9,7 +9,7 @@
 
 namespace kinora::render {
 
-inline constexpr int kBlock = ActiveBlocks::kSide;
+inline constexpr int kBlock = ActivePixels::kSide;
 
 inline uint64_t now() {
   return uint64_t(

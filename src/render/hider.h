@@ -8,7 +8,7 @@ namespace kinora::render {
 
 class Worker;
 struct CameraState;
-class ActiveBlocks;
+class ActivePixels;
 
 // A bucket's share of a pass.
 struct BucketSamples {
@@ -17,7 +17,7 @@ struct BucketSamples {
   uint32_t stage;               // of the integrator
   uint32_t seed;                // of the frame
   const CameraState* camera;
-  const ActiveBlocks* active;  // blocks that take samples in this pass, all of their pixels; null: every block
+  const ActivePixels* active;  // pixels that take samples in this pass; null: all
   uint64_t number = 0;         // of the bucket
 };
 

@@ -62,7 +62,7 @@ int LearnedState::endOfEpoch(int sample) { return sample < 1 ? 1 : int(2 * std::
 
 bool LearnedState::teaches(int x, int y, int sample) const {
   if (x < 0 || y < 0 || x >= in_.resolution[0] || y >= in_.resolution[1] || sample >= samples_) return false;
-  const uint32_t block = pixelSeed(x / ActiveBlocks::kSide, y / ActiveBlocks::kSide, in_.seed);
+  const uint32_t block = pixelSeed(x / ActivePixels::kSide, y / ActivePixels::kSide, in_.seed);
   return hashWords(block ^ 0x6b43a9b5u, uint32_t(sample)) < rate_;
 }
 

@@ -70,7 +70,7 @@ struct Renderer::Impl {
   SampleCounts counts;
   int samplesDone = 0;        // of each pixel that still takes some
   uint64_t samplesTaken = 0;  // of all pixels
-  ActiveBlocks active;
+  ActivePixels active;
   std::unique_ptr<NoiseEstimate> noise;  // null: every pixel takes the same samples
   Convergence convergence;
   uint64_t takenAtDecision = 0;  // of samplesTaken
@@ -142,13 +142,17 @@ struct Renderer::Impl {
     return traits && traits->tellsLobesApart && traits->tellsLobesApart(integrator.data());
   }
 
+  static uint64_t bytesForNoise(const film::Window& window) {
+    const size_t blocks = ActivePixels(window).blocks();
+    return NoiseEstimate::bytesFor(blocks) + Convergence::bytesFor(blocks);
+  }
   // The sums, and what writing the largest picture takes on top of them: floats and the encoded file.
   void chargeFilm(const film::Window& window) {
     filmHeld.set(0);
     picturesHeld.set(0);
     // an interrupted part of a frame falls back to the sums of the last complete pass
     const uint64_t copies = settings.firstSample >= 0 ? 2 : 1;
-    const uint64_t noiseBytes = counts.adaptivity.isOn() ? NoiseEstimate::bytesFor(ActiveBlocks(window).blocks()) : 0;
+    const uint64_t noiseBytes = counts.adaptivity.isOn() ? bytesForNoise(window) : 0;
     filmHeld.set(copies * film::Film::bytesNeeded(window, plan->displays.layout) + noiseBytes);
     uint64_t floats = 0;
     for (const film::Output& o : plan->displays.outputs) {
@@ -521,8 +525,7 @@ struct Renderer::Impl {
     p.samplesDone = samplesDone;
     p.samplesWanted = counts.last - counts.first;
     p.memoryBytes = Memory::resident();
-    const double taken = double(samplesTaken),
-                 most = double(p.samplesWanted - samplesDone) * double(active.activePixels());
+    const double taken = double(samplesTaken), most = double(p.samplesWanted - samplesDone) * double(active.count());
     // adaptive: what the last decision expects, as far as it has not been taken since
     const bool isExpected = noise && convergence.samplesLeft() >= 0;
     const double left =
@@ -539,7 +542,7 @@ struct Renderer::Impl {
   // A frame that was to have less noise than it has.
   void tellOfNoise(bool isComplete) {
     const float wanted = counts.adaptivity.error;
-    if (!noise || wanted <= 0 || !isComplete || active.activePixels() == 0) return;
+    if (!noise || wanted <= 0 || !isComplete || active.count() == 0) return;
     diagnostics.warning(
         "RENDER-NOISE", scene.pos,
         fmt::format("after {} samples a pixel the picture's relative error is about {:.3g}, and {:.3g} "
@@ -606,7 +609,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       if (!output->probe()) return Outcome::CannotWrite;
     }
     if (hider && !readAllProcedurals()) return Outcome::Interrupted;  // it may look at objects in other ways
-    active = ActiveBlocks(film->window());
+    active = ActivePixels(film->window());
     noise.reset();
     if (counts.adaptivity.error > 0 && colourOffset() < 0) {
       counts.last = std::min(counts.last, counts.first + kUsualSamples);
@@ -624,7 +627,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     auto lastSnapshot = Clock::now();
     bool complete = true, showed = false;
     const bool isPart = settings.firstSample >= 0;
-    for (int a = counts.first; a < counts.last && active.activePixels() > 0;) {
+    for (int a = counts.first; a < counts.last && active.count() > 0;) {
       const int b = passEnd(a, since(start));
       if (isPart) keepSums();
       fitRecords(a, b);
@@ -632,7 +635,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         complete = false;
         break;
       }
-      samplesTaken += uint64_t(b - a) * active.activePixels();
+      samplesTaken += uint64_t(b - a) * active.count();
       a = b;
       samplesDone = b - counts.first;
       if (noise && isDecisionPoint(b)) {
@@ -655,7 +658,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     }
     stats.renderSeconds = since(start);
     stats.samples = samplesTaken;
-    stats.donePixels = film->window().pixels() - active.activePixels();
+    stats.donePixels = film->window().pixels() - active.count();
     if (noise) stats.noise = convergence.error();
     tellOfNoise(complete);
     frame->addTo(stats);

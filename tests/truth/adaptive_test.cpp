@@ -15,23 +15,28 @@
 namespace kinora::tests {
 namespace {
 
-using render::ActiveBlocks;
+using render::ActivePixels;
 using render::NoiseEstimate;
 
 TEST(Adaptive, BlocksCoverTheWindow) {
-  ActiveBlocks b(image::Window{5, 3, 18, 9});
+  ActivePixels b(image::Window{5, 3, 18, 9});
   EXPECT_EQ(b.blocks(), 12u);  // columns 1 to 4, rows 0 to 2
-  EXPECT_EQ(b.activePixels(), 78u);
-  EXPECT_TRUE(b.isActive(4, 0)) << "beside the window, in a block that touches it";
-  EXPECT_FALSE(b.isActive(3, 4));
-  EXPECT_FALSE(b.isActive(20, 4));
-  EXPECT_FALSE(b.isActive(-1, 4));
-  b.stop(size_t(b.indexOf(4, 0)));
-  b.stop(size_t(b.indexOf(4, 0)));
-  EXPECT_EQ(b.activePixels(), 75u) << "3 x 1 pixels of the corner, once";
+  EXPECT_EQ(b.count(), 78u);
+  EXPECT_EQ(b.activeIn(4, 0), ActivePixels::kAll) << "pixels beside the window too, in a block that touches it";
+  EXPECT_EQ(b.activeIn(0, 4), 0);
+  EXPECT_EQ(b.activeIn(20, 4), 0);
+  EXPECT_EQ(b.activeIn(-1, 4), 0);
+  const auto corner = size_t(b.indexOf(4, 0));
+  EXPECT_EQ(b.inWindow(corner), 0xe000) << "three of the last row";
+  b.stop(corner, 0x4001);
+  b.stop(corner, 0x4001);
+  EXPECT_EQ(b.count(), 77u) << "the other pixel is beside the window";
+  EXPECT_EQ(b.active(corner), 0xbffe);
+  b.stop(corner);
+  EXPECT_EQ(b.count(), 75u) << "3 x 1 pixels of the corner, once";
   EXPECT_FALSE(b.anyIn(4, 0, 8, 4));
   EXPECT_TRUE(b.anyIn(4, 0, 12, 4));
-  EXPECT_EQ(ActiveBlocks(image::Window{}).blocks(), 0u);
+  EXPECT_EQ(ActivePixels(image::Window{}).blocks(), 0u);
 }
 
 TEST(Adaptive, DecisionsFallOnPowersOfTwoAndHalfway) {
@@ -65,21 +70,47 @@ TEST(Adaptive, EstimateIsTheErrorOfTheMean) {
         }
     }
     testing::Moments squares;
+    int taken[ActivePixels::kPixels];
+    std::fill_n(taken, ActivePixels::kPixels, samples);
     for (size_t b = 0; b < kBlocks; ++b) {
       // far above the level, the floor makes the deviation absolute
-      const double e = noise.relativeDeviation(b, earlier, samples - earlier, 1e6f) * (1e6 + 1);
-      squares.add(e * e);
+      double e[ActivePixels::kPixels], mean = 0;
+      noise.squaredDeviations(b, earlier, samples - earlier, taken, 1e6f, e);
+      for (const double x : e) mean += x * (1e6 + 1) * (1e6 + 1) / ActivePixels::kPixels;
+      squares.add(mean);
     }
     EXPECT_NEAR(squares.mean() * samples * 3, 1, 4 * squares.standardError() * samples * 3 + 1e-4) << samples;
     EXPECT_LT(squares.standardError() * samples * 3, 0.02);
   }
   NoiseEstimate odd(1);
   const float bad[3] = {NAN, INFINITY, -INFINITY};
+  const int taken[ActivePixels::kPixels] = {2};
+  double e[ActivePixels::kPixels];
   odd.add(0, 0, bad, 1);
   odd.endPart();
   odd.add(0, 0, bad, 1);
-  EXPECT_TRUE(std::isfinite(odd.relativeDeviation(0, 1, 1, 0.1f)));
-  EXPECT_TRUE(std::isinf(odd.relativeDeviation(0, 1, 0, 0.1f))) << "one part alone says nothing";
+  odd.squaredDeviations(0, 1, 1, taken, 0.1f, e);
+  EXPECT_TRUE(std::isfinite(e[0]));
+  odd.squaredDeviations(0, 1, 0, taken, 0.1f, e);
+  EXPECT_TRUE(std::isinf(e[0])) << "one part alone says nothing";
+}
+
+// Pixels of one block that ended at other times: their level counts by the samples that each has.
+TEST(Adaptive, PixelsOfABlockHaveSamplesOfTheirOwn) {
+  NoiseEstimate noise(1);
+  int taken[ActivePixels::kPixels];
+  const float two[3] = {2, 2, 2}, four[3] = {4, 4, 4};
+  for (int pixel = 0; pixel < ActivePixels::kPixels; ++pixel) {
+    taken[pixel] = pixel < 8 ? 4 : 8;
+    for (int s = 0; s < 4; ++s) noise.add(0, pixel, two, 1);
+  }
+  noise.endPart();
+  for (int pixel = 8; pixel < ActivePixels::kPixels; ++pixel)
+    for (int s = 0; s < 4; ++s) noise.add(0, pixel, four, 1);
+  double e[ActivePixels::kPixels];
+  noise.squaredDeviations(0, 4, 4, taken, 0.5f, e);
+  // parts of 2 and 4: half their difference is 1; levels of 2 and 3, and the floor
+  EXPECT_NEAR(e[12], 1 / (3.0 * 3.0), 1e-6);
 }
 
 // Left half a lamp seen directly, without noise; right half a floor in a soft shadow.
