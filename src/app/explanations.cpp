@@ -238,12 +238,13 @@ constexpr Explanation kRooms[] = {
     {"RENDER-SAMPLES",
      "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say "
      "how "
-     "many samples a pixel has."},
+     "many samples a pixel has. Or its samplestride is not within 1 to 4,096: then every sample is taken."},
     {"RENDER-ADAPTIVE",
      "Adaptive sampling cannot be done as it is asked for. With a least number of samples (minsamples, --min-spp) "
      "above the most, every pixel takes the most. A part of a frame's samples (--samples) takes all of them in every "
      "pixel, for what earlier samples would have decided is not known to it: such parts merge to the picture without "
-     "adaptive sampling. Parts by --crop decide as the whole frame does."},
+     "adaptive sampling, and so is a frame whose Hider takes one of several samples (samplestride). Parts by --crop "
+     "decide as the whole frame does."},
     {"RENDER-NOISE",
      "--error asks for a picture whose relative error (root mean square over the pixels, as two halves of the "
      "samples "

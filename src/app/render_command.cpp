@@ -22,6 +22,7 @@
 #include "image/picture_library.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
+#include "render/sample_counts.h"
 #include "rib/reader.h"
 #include "volume/read_process.h"
 
@@ -343,8 +344,10 @@ class RenderRun {
     if (!settings.output.empty()) return settings.output;
     const std::vector<std::string> pictures = picturesOf(scene, {});
     const std::filesystem::path picture = pictures.empty() ? "kinora" : pictures[0];
-    return (picture.parent_path() /
-            fmt::format("{}.samples-{}-{}.exr", picture.stem().string(), settings.firstSample, settings.lastSample))
+    const auto [first, stride] = render::partIndicesOf(scene, settings);
+    return (picture.parent_path() / fmt::format("{}.samples-{}-{}{}.exr", picture.stem().string(), first,
+                                                settings.lastSample,
+                                                stride > 1 ? fmt::format("-every-{}", stride) : ""))
         .string();
   }
 
@@ -416,8 +419,8 @@ class RenderRun {
     std::error_code ignored;
     std::string note;
     if (code == kInterrupted) {
-      const int first = std::max(0, options_.settings.firstSample);
-      note = isPart() ? fmt::format(" (interrupted: samples {}:{})", first, first + renderer.samplesDone())
+      note = isPart() ? fmt::format(" (interrupted: samples {}:{})", std::max(0, options_.settings.firstSample),
+                                    renderer.samplesEnd())
                       : " (interrupted: fewer samples than asked for)";
     }
     for (const std::string& file : written)

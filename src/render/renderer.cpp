@@ -162,6 +162,7 @@ struct Renderer::Impl {
   // Each half is an estimate of its own: their mean is the pixel, half their difference its error.
   PixelMap relativeError() const {
     PixelMap m;
+    if (counts.stride % 2 == 0) return m;  // all samples are of one half
     if (plan->halves[0] < 0 || plan->halves[1] < 0 || samplesDone < 2) return m;
     const film::Window& w = film->window();
     m.x0 = w.x0, m.y0 = w.y0, m.width = w.width(), m.height = w.height();
@@ -211,13 +212,24 @@ struct Renderer::Impl {
     return film != nullptr;
   }
 
+  // The indices that every pixel has taken.
+  std::vector<film::SampleRange> rangesDone() const {
+    if (counts.stride == 1) return {{uint32_t(counts.first), uint32_t(counts.first + samplesDone)}};
+    std::vector<film::SampleRange> ranges;
+    for (int k = 0; k < samplesDone; ++k) {
+      const uint32_t index = uint32_t(counts.first + k * counts.stride);
+      ranges.push_back({index, index + 1});
+    }
+    return ranges;
+  }
+
   // early: of a picture that should not wait for anything
   film::FrameMetadata metadata(double seconds, bool complete, bool early) {
     film::FrameMetadata m;
     describeCamera(builder.camera(), m);
     m.frame = scene.frame;
     m.seed = settings.seed;
-    m.samples = {{uint32_t(counts.first), uint32_t(counts.first + samplesDone)}};
+    m.samples = rangesDone();
     m.samplesPerPixel = double(samplesTaken) / double(std::max<uint64_t>(1, film->window().pixels()));
     m.renderSeconds = seconds;
     m.kinoraVersion = kVersion;
@@ -488,6 +500,7 @@ struct Renderer::Impl {
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
   // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
+    if (counts.stride > 1) return a + 1;
     int b = counts.last;
     for (const auto& [from, to] :
          Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin(), integrator.data())))
@@ -519,7 +532,7 @@ struct Renderer::Impl {
   Progress progressAt(double seconds) const {
     Progress p;
     p.samplesDone = samplesDone;
-    p.samplesWanted = counts.last - counts.first;
+    p.samplesWanted = counts.count();
     p.memoryBytes = Memory::resident();
     const double taken = double(samplesTaken),
                  most = double(p.samplesWanted - samplesDone) * double(active.activePixels());
@@ -633,8 +646,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         break;
       }
       samplesTaken += uint64_t(b - a) * active.activePixels();
-      a = b;
-      samplesDone = b - counts.first;
+      samplesDone += b - a;
+      a = b - 1 + counts.stride;
       if (noise && isDecisionPoint(b)) {
         convergence.decide(*noise, b, active);
         takenAtDecision = samplesTaken;
@@ -643,7 +656,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       if (progress) progress(progressAt(seconds));
       const bool isAsked = settings.snapshotNow && settings.snapshotNow->exchange(false);
       const bool isDue = settings.snapshotSeconds > 0 && (!showed || since(lastSnapshot) > settings.snapshotSeconds);
-      if (write && b < counts.last && (isAsked || isDue)) {
+      if (write && a < counts.last && (isAsked || isDue)) {
         // the first pixels go to the file at once, later ones now and then
         output->snapshot(*film, metadata(seconds, false, true));
         showed = true;
@@ -753,6 +766,10 @@ film::Film& Renderer::film() { return *impl_->film; }
 void Renderer::setHider(const Hider* hider) { impl_->hider = hider; }
 const Statistics& Renderer::statistics() const { return impl_->stats; }
 int Renderer::samplesDone() const { return impl_->samplesDone; }
+int Renderer::samplesEnd() const {
+  const SampleCounts& c = impl_->counts;
+  return impl_->samplesDone ? c.first + (impl_->samplesDone - 1) * c.stride + 1 : c.first;
+}
 
 bool Renderer::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
   if (!impl_->isReady) return false;
@@ -769,7 +786,7 @@ bool Renderer::writeShard(const std::string& file) {
                           "no part is written");
     return false;
   }
-  if (m.samplesDone < m.counts.last - m.counts.first && !m.passStart.empty()) {
+  if (m.samplesDone < m.counts.count() && !m.passStart.empty()) {
     // buckets of a pass that was not finished are ahead of the others
     const film::Window& w = m.film->window();
     std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
@@ -781,7 +798,7 @@ bool Renderer::writeShard(const std::string& file) {
   info.seed = m.settings.seed;
   info.frame = m.scene.frame;
   info.pixelFilter = m.plan->filter.name();
-  info.ranges = {{uint32_t(m.counts.first), uint32_t(m.counts.first + m.samplesDone)}};
+  info.ranges = m.rangesDone();
   info.renderSeconds = m.stats.renderSeconds;
   info.kinoraVersion = kVersion;
   info.outputs = film::outputsToJson(m.plan->displays, m.metadata(m.stats.renderSeconds, true, false));
@@ -795,10 +812,10 @@ std::string Renderer::summary() const {
   const auto& c = impl_->builder.camera();
   return std::to_string(c.resolution[0]) + " x " + std::to_string(c.resolution[1]) + " pixels, " +
          (impl_->counts.adaptivity.isOn() ? std::to_string(impl_->counts.adaptivity.least) + " to " : "") +
-         std::to_string(impl_->counts.last - impl_->counts.first) + " samples a pixel; " +
-         std::to_string(s.primitives) + " primitives, " + std::to_string(s.instances) + " placements, " +
-         std::to_string(s.triangles) + " triangles; " + std::to_string(s.lights) + " lights; " +
-         std::to_string(s.materials) + " materials of " + std::to_string(s.programs) + " programs";
+         std::to_string(impl_->counts.count()) + " samples a pixel; " + std::to_string(s.primitives) +
+         " primitives, " + std::to_string(s.instances) + " placements, " + std::to_string(s.triangles) +
+         " triangles; " + std::to_string(s.lights) + " lights; " + std::to_string(s.materials) + " materials of " +
+         std::to_string(s.programs) + " programs";
 }
 
 }  // namespace kinora::render
