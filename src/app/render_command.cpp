@@ -140,7 +140,11 @@ class RenderRun {
 
   bool isStopped() const { return options_.settings.stop->load(); }
   // A scene that cannot be rendered does not end the stream: the next frame may be well.
-  bool isOver() const { return code_ != kComplete && code_ != kBadScene && code_ != kMissingAsset; }
+  // Nor does one that the scene itself gives no more time.
+  bool isOver() const {
+    if (code_ == kInterrupted) return isStopped();
+    return code_ != kComplete && code_ != kBadScene && code_ != kMissingAsset;
+  }
 
   // Worlds outside FrameBegin are numbered in order.
   bool isWanted(scene::Scene& scene) {

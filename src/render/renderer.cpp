@@ -28,6 +28,7 @@
 #include "render/overrides.h"
 #include "render/procedurals.h"
 #include "render/record_budget.h"
+#include "render/render_time.h"
 #include "render/sample_counts.h"
 #include "render/version.h"
 #include "render/world_build.h"
@@ -64,6 +65,7 @@ struct Renderer::Impl {
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
+  std::unique_ptr<RenderTime> renderTime;  // while rendering; null: as long as it takes
   Instance integrator;
   RecordBudget recordBudget;
   int threads = 1;
@@ -264,7 +266,7 @@ struct Renderer::Impl {
     in.bucketOrder =
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = hasJitter(scene);
-    in.stop = settings.stop;
+    in.stop = renderTime ? renderTime->stop() : settings.stop;
     in.rayListener = settings.rayListener;
     in.readMet = [this](std::vector<WaitingGroup*>& groups) { return readFor(groups); };
     in.statistics = &stats;
@@ -631,6 +633,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       noise = std::make_unique<NoiseEstimate>(active.blocks());
       convergence = Convergence(counts.adaptivity, counts.first, counts.last - counts.first, active.blocks());
     }
+    const float minutes = scene.options.getFloat("limits:rendertime", 0);
+    renderTime = minutes > 0 ? std::make_unique<RenderTime>(60. * minutes, settings.stop) : nullptr;
     makeFrame();
     samplesDone = 0;
     samplesTaken = 0;
@@ -639,6 +643,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     const bool isPart = settings.firstSample >= 0;
     for (int a = counts.first; a < counts.last && active.activePixels() > 0;) {
       const int b = passEnd(a, since(start));
+      if (renderTime) renderTime->look();
       if (isPart) keepSums();
       fitRecords(a, b);
       if (!frame->pass(a, b)) {
@@ -666,6 +671,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       countTextures();
       Memory::check(MemoryUse::Textures);
     }
+    renderTime.reset();
     stats.renderSeconds = since(start);
     stats.samples = samplesTaken;
     stats.donePixels = film->window().pixels() - active.activePixels();

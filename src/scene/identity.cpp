@@ -13,9 +13,9 @@ namespace kinora::scene {
 
 bool optionDecidesPixels(const Parameter& option) {
   static constexpr std::string_view kGroups[] = {
-      "searchpath:", "statistics:", "ribparse:", "rib:", "bucket:"};
+      "searchpath:", "statistics:", "ribparse:", "rib:", "bucket:", "checkpoint:"};
   static constexpr std::string_view kNames[] = {"limits:bucketsize",     "limits:threads",     "limits:texturememory",
-                                                "limits:geocachememory", "limits:brickmemory",
+                                                "limits:geocachememory", "limits:brickmemory", "limits:rendertime",
                                                 "shader:cache"};
   const std::string_view name = option.name;
   return std::none_of(std::begin(kGroups), std::end(kGroups),

@@ -217,7 +217,7 @@ TEST(Identity, WhatDoesNotCount) {
     EXPECT_EQ(digestOf(a), d);
   }
   for (const char* name : {"searchpath:texture", "statistics:endofframe", "bucket:order", "limits:threads",
-                           "ribparse:varsubst", "shader:cache"}) {
+                           "limits:rendertime", "checkpoint:interval", "ribparse:varsubst", "shader:cache"}) {
     Parameter p;
     p.name = name;
     p.strings = {"anything"};
