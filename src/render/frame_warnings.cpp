@@ -13,6 +13,21 @@
 
 namespace kinora::render {
 
+namespace {
+
+// Where a channel of that source is said: by its DisplayChannel, else by a Display that names it.
+SourcePos posOfSource(const scene::Scene& scene, const std::string& source) {
+  for (const scene::DisplayChannel& c : scene.channels)
+    if (c.params.getString("source", c.name) == source) return c.pos;
+  for (const scene::Display& d : scene.displays) {
+    const std::string modes = "," + d.mode + ",";
+    if (modes.find("," + source + ",") != std::string::npos) return d.pos;
+  }
+  return scene.pos;
+}
+
+}  // namespace
+
 void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const scene::Scene& scene,
                     Diagnostics& diagnostics) {
   const auto& marks = builder.world().marks;
@@ -35,7 +50,7 @@ void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const sc
   for (const RecordPlan::Primvar& p : plan.record.primvars)
     if (!isMarked(p.name) && !plan.sampleFilters.uses(p.name) && !plan.displayFilters.uses(p.name) &&
         !isPrimvar(p.name) && !shade::hasTee(*builder.world().materials, p.name))
-      diagnostics.warning("DISPLAY-SOURCE", scene.pos,
+      diagnostics.warning("DISPLAY-SOURCE", posOfSource(scene, p.name),
                           "no output and no primvar named \"" + p.name + "\" is in the scene",
                           "its channel stays black");
 }
@@ -93,7 +108,7 @@ void warnOfMedia(const Instance& integrator, const WorldBuilder& builder, const 
                         "nothing came through there", "a smaller density, or maxDensity nearer to it");
 }
 
-void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, const scene::Scene& scene,
+void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, const scene::Scene& scene, bool hasHoles,
                      Registry& registry, Diagnostics& diagnostics) {
   const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
   if (colour < 0) return;
@@ -115,10 +130,13 @@ void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, con
       isCovered ? std::string("every pixel is black: ") + (isUnknown ? "the camera sees nothing, or " : "") +
                       "no light reaches what " + (isUnknown ? "it" : "the camera") + " sees" +
                       (leftOut.empty() ? "" : "; these lights are not rendered: " + leftOut)
-                : "every pixel is black and empty: the camera sees nothing",
+      : hasHoles ? std::string("every pixel is black and empty: the camera sees nothing but matte objects (Matte, "
+                               "trace:holdout), if any")
+                 : std::string("every pixel is black and empty: the camera sees nothing"),
       "the picture is written",
       isUnknown   ? "a Display with alpha, \"rgba\", would tell which"
       : isCovered ? "look at the lights, their distance and their linking"
+      : hasHoles  ? "matte objects hold out what is behind them, and leave the picture empty where they are"
                   : "look at the camera's transform, the clipping planes and the messages about objects left out");
 }
 

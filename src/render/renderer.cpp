@@ -747,7 +747,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
-      if (complete) warnOfBlackness(*film, *output, scene, registry, diagnostics);
+      if (complete) warnOfBlackness(*film, *output, scene, builder.world().hasHoles, registry, diagnostics);
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;
