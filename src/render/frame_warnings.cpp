@@ -26,10 +26,35 @@ SourcePos posOfSource(const scene::Scene& scene, const std::string& source) {
   return scene.pos;
 }
 
+// Pictures hold identifiers as floats, which tell whole numbers of up to 24 bits apart.
+void warnOfIdentifiers(const FramePlan& plan, const WorldBuilder& builder, const scene::Scene& scene,
+                       Diagnostics& diagnostics) {
+  const auto isAsked = [&](const char* source) {
+    for (int c = 0; c < plan.displays.layout.size(); ++c)
+      if (plan.displays.layout[c].source == source) return true;
+    return false;
+  };
+  for (const bool isSecond : {false, true}) {
+    const std::string name = isSecond ? "id2" : "id";
+    if (!isAsked(name.c_str())) continue;
+    for (const shade::PlacementInfo& info : builder.world().placements) {
+      const uint32_t id = isSecond ? info.objectId2 : info.objectId;
+      if (double(float(id)) == double(id)) continue;
+      diagnostics.warning("DISPLAY-ID", posOfSource(scene, name),
+                          "the identifier " + std::to_string(int32_t(id)) + " (identifier:" + name +
+                              ") has more bits than the channel \"" + name + "\" holds",
+                          "pictures hold " + std::to_string(uint64_t(float(id))) + " in its place",
+                          "identifiers of 0 to 16777216 are told apart");
+      break;
+    }
+  }
+}
+
 }  // namespace
 
 void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const scene::Scene& scene,
                     Diagnostics& diagnostics) {
+  warnOfIdentifiers(plan, builder, scene, diagnostics);
   const auto& marks = builder.world().marks;
   const auto isMarked = [&](const std::string& name) {
     return marks && std::any_of(marks->begin(), marks->end(), [&](const auto& m) { return m.channel == name; });

@@ -104,6 +104,20 @@ TEST(Sources, OfASquare) {
   EXPECT_EQ(at(r, "id2", x, y), 9);
 }
 
+// Identifiers that a float does not hold are told; those that it does hold are not.
+TEST(Sources, IdentifiersWithTooManyBits) {
+  for (const auto& [id, isTold] : {std::pair{"16777216", false}, {"16777217", true}, {"-5", true}, {"0", false}}) {
+    SceneRender r(request("Ci,id", std::string("Attribute \"identifier\" \"int id\" [") + id + "]\n" + kBall));
+    ASSERT_TRUE(r.ok());
+    bool told = false;
+    for (const std::string& m : r.messages())
+      told |= m.find("DISPLAY-ID") != std::string::npos && m.find(id) != std::string::npos;
+    EXPECT_EQ(told, isTold) << id;
+  }
+  SceneRender other(request("Ci,a", std::string("Attribute \"identifier\" \"int id\" [16777217]\n") + kBall));
+  EXPECT_TRUE(other.messages().empty()) << "nothing shows it";
+}
+
 // The Hider's samplemotion 0: everything stands where it is when the shutter opens, object and camera, and its motion
 // is that of the blurred picture.
 TEST(Sources, MotionWithoutBlur) {
