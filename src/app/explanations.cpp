@@ -120,6 +120,17 @@ constexpr Explanation kRooms[] = {
      "whose text is not understood; the errors follow with file, line and column. What the shader feeds is magenta "
      "where it is "
      "a colour and has its default elsewhere. `kinora shader compile FILE` says the same without rendering."},
+    {"PATTERN-PRIMSTR",
+     "The name of a file in a material holds the token <primstr:NAME>, which stands for the constant string primvar "
+     "NAME of "
+     "each object, and an object with that material has none. The token stays in the name, and the file is mostly "
+     "not found."},
+    {"PATTERN-COORDSYS",
+     "A pattern, material or displacement has a parameter that names a coordinate system, and nothing in the scene "
+     "gives "
+     "that name: no CoordinateSystem or ScopedCoordinateSystem in the world, none in the definition of an object. "
+     "What it "
+     "computes stays in the world's space. Names are case-sensitive."},
     {"PATTERN-EXPRESSION",
      "The expression of a PxrSeExpr node is not understood; the message says what is wrong, with line and column "
      "within "
@@ -139,6 +150,12 @@ constexpr Explanation kRooms[] = {
      "A shader calls something that this renderer does not grant: trace(), because integrators do not let shaders "
      "trace rays. "
      "The call answers as if nothing were there. The message stands once for each kind of call."},
+    {"SHADER-COORDSYS",
+     "A shader transforms to or from a coordinate system by a name that nothing in the scene gives: no "
+     "CoordinateSystem, "
+     "no object that is being shaded. What it transforms stays as it is, and getmatrix() returns 0. Names are told "
+     "once "
+     "each."},
     {"SHADER-DICTIONARY",
      "dict_find() of a shader was given a text that is no XML or a query that is no XPath; the message says what is "
      "wrong. "
@@ -233,17 +250,19 @@ constexpr Explanation kRooms[] = {
      "Format, or --res, asks for a picture beyond what Kinora renders: 65,536 pixels on a side and 2^31 in all. Exit "
      "code 3."},
     {"RENDER-BLACK",
-     "All of a finished picture's colour is 0. Either the camera sees no object (alpha is 0 everywhere), or no light "
-     "reaches those that it sees. Messages before this one often say what was left out."},
+     "All of a finished picture's colour is 0. Either the camera sees no object (alpha is 0 everywhere; matte "
+     "objects hold out and count "
+     "for none), or no light reaches those that it sees. Messages before this one often say what was left out."},
     {"RENDER-SAMPLES",
      "The Hider's maxsamples is negative or more than 65,536. A negative one is ignored: PixelSamples, then 64, say "
      "how "
-     "many samples a pixel has."},
+     "many samples a pixel has. Or its samplestride is not within 1 to 4,096: then every sample is taken."},
     {"RENDER-ADAPTIVE",
      "Adaptive sampling cannot be done as it is asked for. With a least number of samples (minsamples, --min-spp) "
      "above the most, every pixel takes the most. A part of a frame's samples (--samples) takes all of them in every "
      "pixel, for what earlier samples would have decided is not known to it: such parts merge to the picture without "
-     "adaptive sampling. Parts by --crop decide as the whole frame does."},
+     "adaptive sampling, and so is a frame whose Hider takes one of several samples (samplestride). Parts by --crop "
+     "decide as the whole frame does."},
     {"RENDER-NOISE",
      "--error asks for a picture whose relative error (root mean square over the pixels, as two halves of the "
      "samples "
@@ -461,6 +480,12 @@ constexpr Explanation kRooms[] = {
     {"RENDER-INSTANCE-GONE",
      "An instance is of an object that the scene does not have, as after an edit that removed the object alone. The "
      "instance is left out."},
+    {"RENDER-EMPTY",
+     "A frame was read whose world has no object and no light: nothing stands between WorldBegin and WorldEnd, or "
+     "all of "
+     "it was refused. Its picture is written, empty, and the program ends with code 3, as for a file without a "
+     "scene; "
+     "further frames are rendered."},
     {"RENDER-NO-WORLD",
      "A picture was asked for after a load or an update that gave nothing to render. The messages before say why."},
     {"EDIT-EMPTY",
@@ -563,6 +588,12 @@ constexpr Explanation kRooms[] = {
      "A Display names a driver that is no plug-in, or a program that shows pictures in a window (framebuffer, it). "
      "The "
      "format is chosen by the file's extension, or openexr stands in."},
+    {"DISPLAY-ID",
+     "A channel shows identifiers (identifier:id or id2), and some object has one that is negative or has more than "
+     "24 "
+     "bits. Pictures hold them as floats, so that neighbouring identifiers of that size become one. Number objects "
+     "from 0 "
+     "to 16,777,216."},
     {"DISPLAY-CAMERA",
      "A display's \"string camera\" names the Camera request whose picture it shows; a frame whose displays name "
      "several is rendered once for each. The message says that there is no camera of that name, or that one run can "

@@ -22,6 +22,7 @@
 #include "image/picture_library.h"
 #include "plugin/registry.h"
 #include "render/renderer.h"
+#include "render/sample_counts.h"
 #include "rib/reader.h"
 #include "volume/read_process.h"
 
@@ -139,7 +140,11 @@ class RenderRun {
 
   bool isStopped() const { return options_.settings.stop->load(); }
   // A scene that cannot be rendered does not end the stream: the next frame may be well.
-  bool isOver() const { return code_ != kComplete && code_ != kBadScene && code_ != kMissingAsset; }
+  // Nor does one that the scene itself gives no more time.
+  bool isOver() const {
+    if (code_ == kInterrupted) return isStopped();
+    return code_ != kComplete && code_ != kBadScene && code_ != kMissingAsset;
+  }
 
   // Worlds outside FrameBegin are numbered in order.
   bool isWanted(scene::Scene& scene) {
@@ -281,6 +286,14 @@ class RenderRun {
     return views;
   }
 
+  // A world with no object and no light at all, and no request among those that are kept that might have made some:
+  // mostly an exporter that failed. The picture is written for who meant it.
+  bool isEmpty(const scene::Scene& scene) const {
+    const auto mightDraw = [](const scene::KeptRequest& k) { return k.request.starts_with("Procedural"); };
+    return scene.primitives.empty() && scene.instances.empty() && scene.lights.empty() &&
+           scene.classicLights.empty() && std::none_of(scene.kept.begin(), scene.kept.end(), mightDraw);
+  }
+
   // `isFirst`: the view that holds the primary display, which the names on the command line are for.
   int renderFrame(World world, int frame, bool isFirst) {
     const scene::Scene& scene = world.scene;
@@ -294,6 +307,11 @@ class RenderRun {
     if (!options_.check && !options_.onlySample)
       if (const int code = claim(written, frame); code != kComplete) return code;
 
+    const bool holdsNothing = isEmpty(scene);
+    if (holdsNothing)
+      diagnostics_.error("RENDER-EMPTY", scene.pos, "the world holds nothing: no object and no light",
+                         options_.check || options_.onlySample ? "" : "an empty picture is written",
+                         "look at what wrote the scene, and at the messages about what was left out");
     render::Renderer renderer(registry_, diagnostics_, settings);
     const bool isLoaded = renderer.load(std::move(world.scene), std::move(world.procedurals));
     if (diagnostics_.count("CLI-SET") > 0) return kBadCommandLine;
@@ -312,7 +330,7 @@ class RenderRun {
       return isMemory ? kOutOfMemory : kBadScene;
     }
     if (options_.verbose > 0 || options_.check) fmt::print("{}\n", renderer.summary());
-    if (options_.check) return kComplete;
+    if (options_.check) return holdsNothing ? kBadScene : kComplete;
     if (options_.onlySample) return replay(renderer);
 
     const std::string label =
@@ -327,6 +345,7 @@ class RenderRun {
       }
     }
     if (settings.strict && code == kComplete && diagnostics_.assetProblems() > 0) code = kMissingAsset;
+    if (holdsNothing && code == kComplete) code = kBadScene;
     report(renderer, frame, code, written, isFirst);
     return code;
   }
@@ -343,8 +362,10 @@ class RenderRun {
     if (!settings.output.empty()) return settings.output;
     const std::vector<std::string> pictures = picturesOf(scene, {});
     const std::filesystem::path picture = pictures.empty() ? "kinora" : pictures[0];
-    return (picture.parent_path() /
-            fmt::format("{}.samples-{}-{}.exr", picture.stem().string(), settings.firstSample, settings.lastSample))
+    const auto [first, stride] = render::partIndicesOf(scene, settings);
+    return (picture.parent_path() / fmt::format("{}.samples-{}-{}{}.exr", picture.stem().string(), first,
+                                                settings.lastSample,
+                                                stride > 1 ? fmt::format("-every-{}", stride) : ""))
         .string();
   }
 
@@ -416,8 +437,8 @@ class RenderRun {
     std::error_code ignored;
     std::string note;
     if (code == kInterrupted) {
-      const int first = std::max(0, options_.settings.firstSample);
-      note = isPart() ? fmt::format(" (interrupted: samples {}:{})", first, first + renderer.samplesDone())
+      note = isPart() ? fmt::format(" (interrupted: samples {}:{})", std::max(0, options_.settings.firstSample),
+                                    renderer.samplesEnd())
                       : " (interrupted: fewer samples than asked for)";
     }
     for (const std::string& file : written)

@@ -1,5 +1,5 @@
 // Adaptive sampling: where a frame still needs samples, decided at fixed counts of samples from the samples alone, so
-// that threads, groups, crops and snapshots change no pixel. Frame asks ActiveBlocks which blocks a pass traces and
+// that threads, groups, crops and snapshots change no pixel. Frame asks ActivePixels which pixels a pass traces and
 // hands retired samples to NoiseEstimate; Renderer asks between passes which blocks are done.
 #pragma once
 #include <array>

@@ -122,6 +122,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
     Hasher h;
     h.bytes(tools.camera.origin, sizeof tools.camera.origin);
     h.digest(networks_.of(network));
+    if (p.attributes && p.attributes->coordinateSystems) h.digest(scene::digestOf(*p.attributes->coordinateSystems));
     const auto addShader = [&](const scene::NodePtr& n) {
       const std::string name = shade::shaderNameOf(*n);
       h.word(reinterpret_cast<uintptr_t>(name.empty() ? nullptr : tools.shaders.find(name, n->pos).get()));
@@ -200,7 +201,7 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   w.diagnostics = &tools_->diagnostics;
   w.samples = sobolTable();
   w.paths = tools_->paths.get();
-  describeGeometries(alone, {mesh.get()}, false, w);
+  describeGeometries(tools_->scene, tools_->camera.middle(), alone, {mesh.get()}, false, w);
   describePlacements(alone, w);
   describeSpaces(tools_->scene, tools_->camera, w);
   if (!set_->shaderUses().empty()) {

@@ -13,8 +13,48 @@
 
 namespace kinora::render {
 
+namespace {
+
+// Where a channel of that source is said: by its DisplayChannel, else by a Display that names it.
+SourcePos posOfSource(const scene::Scene& scene, const std::string& source) {
+  for (const scene::DisplayChannel& c : scene.channels)
+    if (c.params.getString("source", c.name) == source) return c.pos;
+  for (const scene::Display& d : scene.displays) {
+    const std::string modes = "," + d.mode + ",";
+    if (modes.find("," + source + ",") != std::string::npos) return d.pos;
+  }
+  return scene.pos;
+}
+
+// Pictures hold identifiers as floats, which tell whole numbers of up to 24 bits apart.
+void warnOfIdentifiers(const FramePlan& plan, const WorldBuilder& builder, const scene::Scene& scene,
+                       Diagnostics& diagnostics) {
+  const auto isAsked = [&](const char* source) {
+    for (int c = 0; c < plan.displays.layout.size(); ++c)
+      if (plan.displays.layout[c].source == source) return true;
+    return false;
+  };
+  for (const bool isSecond : {false, true}) {
+    const std::string name = isSecond ? "id2" : "id";
+    if (!isAsked(name.c_str())) continue;
+    for (const shade::PlacementInfo& info : builder.world().placements) {
+      const uint32_t id = isSecond ? info.objectId2 : info.objectId;
+      if (double(float(id)) == double(id)) continue;
+      diagnostics.warning("DISPLAY-ID", posOfSource(scene, name),
+                          "the identifier " + std::to_string(int32_t(id)) + " (identifier:" + name +
+                              ") has more bits than the channel \"" + name + "\" holds",
+                          "pictures hold " + std::to_string(uint64_t(float(id))) + " in its place",
+                          "identifiers of 0 to 16777216 are told apart");
+      break;
+    }
+  }
+}
+
+}  // namespace
+
 void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const scene::Scene& scene,
                     Diagnostics& diagnostics) {
+  warnOfIdentifiers(plan, builder, scene, diagnostics);
   const auto& marks = builder.world().marks;
   const auto isMarked = [&](const std::string& name) {
     return marks && std::any_of(marks->begin(), marks->end(), [&](const auto& m) { return m.channel == name; });
@@ -35,7 +75,7 @@ void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const sc
   for (const RecordPlan::Primvar& p : plan.record.primvars)
     if (!isMarked(p.name) && !plan.sampleFilters.uses(p.name) && !plan.displayFilters.uses(p.name) &&
         !isPrimvar(p.name) && !shade::hasTee(*builder.world().materials, p.name))
-      diagnostics.warning("DISPLAY-SOURCE", scene.pos,
+      diagnostics.warning("DISPLAY-SOURCE", posOfSource(scene, p.name),
                           "no output and no primvar named \"" + p.name + "\" is in the scene",
                           "its channel stays black");
 }
@@ -93,7 +133,7 @@ void warnOfMedia(const Instance& integrator, const WorldBuilder& builder, const 
                         "nothing came through there", "a smaller density, or maxDensity nearer to it");
 }
 
-void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, const scene::Scene& scene,
+void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, const scene::Scene& scene, bool hasHoles,
                      Registry& registry, Diagnostics& diagnostics) {
   const int colour = f.layout().find("Ci"), alpha = f.layout().find("a");
   if (colour < 0) return;
@@ -115,10 +155,13 @@ void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, con
       isCovered ? std::string("every pixel is black: ") + (isUnknown ? "the camera sees nothing, or " : "") +
                       "no light reaches what " + (isUnknown ? "it" : "the camera") + " sees" +
                       (leftOut.empty() ? "" : "; these lights are not rendered: " + leftOut)
-                : "every pixel is black and empty: the camera sees nothing",
+      : hasHoles ? std::string("every pixel is black and empty: the camera sees nothing but matte objects (Matte, "
+                               "trace:holdout), if any")
+                 : std::string("every pixel is black and empty: the camera sees nothing"),
       "the picture is written",
       isUnknown   ? "a Display with alpha, \"rgba\", would tell which"
       : isCovered ? "look at the lights, their distance and their linking"
+      : hasHoles  ? "matte objects hold out what is behind them, and leave the picture empty where they are"
                   : "look at the camera's transform, the clipping planes and the messages about objects left out");
 }
 

@@ -23,6 +23,6 @@ void warnOfMedia(const Instance& integrator, const WorldBuilder& builder, const 
                  Diagnostics& diagnostics);
 // A picture without any light is seldom what was meant, and the messages before it do not always say why.
 void warnOfBlackness(const film::Film& film, const film::DisplayOutput& output, const scene::Scene& scene,
-                     Registry& registry, Diagnostics& diagnostics);
+                     bool hasHoles, Registry& registry, Diagnostics& diagnostics);
 
 }  // namespace kinora::render

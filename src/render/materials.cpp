@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "render/legacy_lights.h"
+#include "render/primitive_strings.h"
 #include "shade/classic_surfaces.h"
 #include "shade/legacy_bxdfs.h"
 
@@ -94,13 +95,14 @@ class ClassicMaterials {
 Asks asksOf(const FlatScene& flat, const Materials::Tools& tools) {
   Asks asks;
   ClassicMaterials classic(tools, asks);
+  PrimitiveStrings strings(tools.diagnostics);
   std::map<Color, scene::NetworkPtr> colored;  // geometry without a material shows its Cs
   std::map<std::tuple<const scene::Network*, Color, bool, std::string>, uint32_t> known;
   asks.ofKind.reserve(flat.kinds.size());
   for (size_t k = 0; k < flat.kinds.size(); ++k) {
     const scene::Attributes* a = flat.attributes[k];
     const scene::Primitive& p = *flat.shapeOf(flat.kinds[k]).primitive;
-    scene::NetworkPtr network = a ? a->bxdf : nullptr;
+    scene::NetworkPtr network = a ? strings.completed(a->bxdf, p) : nullptr;
     if (!network) network = classic.of(a, p);
     if (!network && p.primvars.find("Cs")) {
       scene::NetworkPtr& made = colored[a && a->color ? *a->color : Color{1, 1, 1}];

@@ -206,15 +206,23 @@ class Overrides {
   void setHider(const std::string& name, const std::string& value) {
     constexpr Wanted kInt{Type::Int, false, true}, kFloat{Type::Float, false, true}, kText{Type::String, false, true},
         kFloats{Type::Float, true, true};
-    static const Declarations known{{"minsamples", kInt},  {"maxsamples", kInt},       {"incremental", kInt},
-                                    {"jitter", kInt},      {"sampleoffset", kInt},     {"darkfalloff", kFloat},
-                                    {"samplemode", kText}, {"pixelfiltermode", kText}, {"integrationmode", kText},
-                                    {"aperture", kFloats}, {"dofaspect", kFloat},      {"shutteropening", kFloats},
-                                    {"maxTime", kFloat},   {"adaptivemetric", kText},  {"pixelvariance", kFloat}};
+    static const Declarations known{{"minsamples", kInt},       {"maxsamples", kInt},        {"incremental", kInt},
+                                    {"jitter", kInt},           {"sampleoffset", kInt},      {"darkfalloff", kFloat},
+                                    {"samplestride", kInt},     {"samplemotion", kInt},      {"samplemode", kText},
+                                    {"pixelfiltermode", kText}, {"integrationmode", kText},  {"aperture", kFloats},
+                                    {"dofaspect", kFloat},      {"shutteropening", kFloats}, {"maxTime", kFloat},
+                                    {"adaptivemetric", kText},  {"pixelvariance", kFloat}};
     const Declared* declared = find(known, name);
     if (!declared) return unknown("hider", name, "the hider", known);
     scene::Parameter p;
-    if (read("hider", name, value, declared->wanted, p)) scene_.hider = changed(scene_.hider, p);
+    if (!read("hider", name, value, declared->wanted, p)) return;
+    if (!scene_.hider) {
+      auto n = std::make_shared<scene::Node>();
+      n->kind = "Hider";
+      n->plugin = "raytrace";
+      scene_.hider = n;
+    }
+    scene_.hider = changed(scene_.hider, p);
   }
 
   void setProjection(const std::string& name, const std::string& value) {

@@ -28,6 +28,7 @@
 #include "render/overrides.h"
 #include "render/procedurals.h"
 #include "render/record_budget.h"
+#include "render/render_time.h"
 #include "render/sample_counts.h"
 #include "render/version.h"
 #include "render/world_build.h"
@@ -64,6 +65,7 @@ struct Renderer::Impl {
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
+  std::unique_ptr<RenderTime> renderTime;  // while rendering; null: as long as it takes
   Instance integrator;
   RecordBudget recordBudget;
   int threads = 1;
@@ -166,6 +168,7 @@ struct Renderer::Impl {
   // Each half is an estimate of its own: their mean is the pixel, half their difference its error.
   PixelMap relativeError() const {
     PixelMap m;
+    if (counts.stride % 2 == 0) return m;  // all samples are of one half
     if (plan->halves[0] < 0 || plan->halves[1] < 0 || samplesDone < 2) return m;
     const film::Window& w = film->window();
     m.x0 = w.x0, m.y0 = w.y0, m.width = w.width(), m.height = w.height();
@@ -215,13 +218,24 @@ struct Renderer::Impl {
     return film != nullptr;
   }
 
+  // The indices that every pixel has taken.
+  std::vector<film::SampleRange> rangesDone() const {
+    if (counts.stride == 1) return {{uint32_t(counts.first), uint32_t(counts.first + samplesDone)}};
+    std::vector<film::SampleRange> ranges;
+    for (int k = 0; k < samplesDone; ++k) {
+      const uint32_t index = uint32_t(counts.first + k * counts.stride);
+      ranges.push_back({index, index + 1});
+    }
+    return ranges;
+  }
+
   // early: of a picture that should not wait for anything
   film::FrameMetadata metadata(double seconds, bool complete, bool early) {
     film::FrameMetadata m;
     describeCamera(builder.camera(), m);
     m.frame = scene.frame;
     m.seed = settings.seed;
-    m.samples = {{uint32_t(counts.first), uint32_t(counts.first + samplesDone)}};
+    m.samples = rangesDone();
     m.samplesPerPixel = double(samplesTaken) / double(std::max<uint64_t>(1, film->window().pixels()));
     m.renderSeconds = seconds;
     m.kinoraVersion = kVersion;
@@ -256,7 +270,7 @@ struct Renderer::Impl {
     in.bucketOrder =
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = hasJitter(scene);
-    in.stop = settings.stop;
+    in.stop = renderTime ? renderTime->stop() : settings.stop;
     in.rayListener = settings.rayListener;
     in.readMet = [this](std::vector<WaitingGroup*>& groups) { return readFor(groups); };
     in.statistics = &stats;
@@ -492,6 +506,7 @@ struct Renderer::Impl {
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
   // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
+    if (counts.stride > 1) return a + 1;
     int b = counts.last;
     for (const auto& [from, to] :
          Frame::passes(counts.first, counts.last, Frame::passSamplesOf(*integrator.plugin(), integrator.data())))
@@ -523,7 +538,7 @@ struct Renderer::Impl {
   Progress progressAt(double seconds) const {
     Progress p;
     p.samplesDone = samplesDone;
-    p.samplesWanted = counts.last - counts.first;
+    p.samplesWanted = counts.count();
     p.memoryBytes = Memory::resident();
     const double taken = double(samplesTaken), most = double(p.samplesWanted - samplesDone) * double(active.count());
     // adaptive: what the last decision expects, as far as it has not been taken since
@@ -621,6 +636,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       noise = std::make_unique<NoiseEstimate>(active.blocks());
       convergence = Convergence(counts.adaptivity, counts.first, counts.last - counts.first, active.blocks());
     }
+    const float minutes = scene.options.getFloat("limits:rendertime", 0);
+    renderTime = minutes > 0 ? std::make_unique<RenderTime>(60. * minutes, settings.stop) : nullptr;
     makeFrame();
     samplesDone = 0;
     samplesTaken = 0;
@@ -629,6 +646,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     const bool isPart = settings.firstSample >= 0;
     for (int a = counts.first; a < counts.last && active.count() > 0;) {
       const int b = passEnd(a, since(start));
+      if (renderTime) renderTime->look();
       if (isPart) keepSums();
       fitRecords(a, b);
       if (!frame->pass(a, b)) {
@@ -636,8 +654,8 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         break;
       }
       samplesTaken += uint64_t(b - a) * active.count();
-      a = b;
-      samplesDone = b - counts.first;
+      samplesDone += b - a;
+      a = b - 1 + counts.stride;
       if (noise && isDecisionPoint(b)) {
         convergence.decide(*noise, b, active);
         takenAtDecision = samplesTaken;
@@ -646,7 +664,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       if (progress) progress(progressAt(seconds));
       const bool isAsked = settings.snapshotNow && settings.snapshotNow->exchange(false);
       const bool isDue = settings.snapshotSeconds > 0 && (!showed || since(lastSnapshot) > settings.snapshotSeconds);
-      if (write && b < counts.last && (isAsked || isDue)) {
+      if (write && a < counts.last && (isAsked || isDue)) {
         // the first pixels go to the file at once, later ones now and then
         output->snapshot(*film, metadata(seconds, false, true));
         showed = true;
@@ -656,6 +674,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       countTextures();
       Memory::check(MemoryUse::Textures);
     }
+    renderTime.reset();
     stats.renderSeconds = since(start);
     stats.samples = samplesTaken;
     stats.donePixels = film->window().pixels() - active.count();
@@ -731,7 +750,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.memory.push_back({"texture cache", t.cacheBytes + t.imageBytes});
     stats.memory.push_back({"process (resident)", Memory::resident()});
     if (write) {
-      if (complete) warnOfBlackness(*film, *output, scene, registry, diagnostics);
+      if (complete) warnOfBlackness(*film, *output, scene, builder.world().hasHoles, registry, diagnostics);
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       if (!written) return Outcome::CannotWrite;
@@ -756,6 +775,10 @@ film::Film& Renderer::film() { return *impl_->film; }
 void Renderer::setHider(const Hider* hider) { impl_->hider = hider; }
 const Statistics& Renderer::statistics() const { return impl_->stats; }
 int Renderer::samplesDone() const { return impl_->samplesDone; }
+int Renderer::samplesEnd() const {
+  const SampleCounts& c = impl_->counts;
+  return impl_->samplesDone ? c.first + (impl_->samplesDone - 1) * c.stride + 1 : c.first;
+}
 
 bool Renderer::replay(int x, int y, int sample, const std::function<void(const std::string&)>& print) {
   if (!impl_->isReady) return false;
@@ -772,7 +795,7 @@ bool Renderer::writeShard(const std::string& file) {
                           "no part is written");
     return false;
   }
-  if (m.samplesDone < m.counts.last - m.counts.first && !m.passStart.empty()) {
+  if (m.samplesDone < m.counts.count() && !m.passStart.empty()) {
     // buckets of a pass that was not finished are ahead of the others
     const film::Window& w = m.film->window();
     std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
@@ -784,7 +807,7 @@ bool Renderer::writeShard(const std::string& file) {
   info.seed = m.settings.seed;
   info.frame = m.scene.frame;
   info.pixelFilter = m.plan->filter.name();
-  info.ranges = {{uint32_t(m.counts.first), uint32_t(m.counts.first + m.samplesDone)}};
+  info.ranges = m.rangesDone();
   info.renderSeconds = m.stats.renderSeconds;
   info.kinoraVersion = kVersion;
   info.outputs = film::outputsToJson(m.plan->displays, m.metadata(m.stats.renderSeconds, true, false));
@@ -798,10 +821,10 @@ std::string Renderer::summary() const {
   const auto& c = impl_->builder.camera();
   return std::to_string(c.resolution[0]) + " x " + std::to_string(c.resolution[1]) + " pixels, " +
          (impl_->counts.adaptivity.isOn() ? std::to_string(impl_->counts.adaptivity.least) + " to " : "") +
-         std::to_string(impl_->counts.last - impl_->counts.first) + " samples a pixel; " +
-         std::to_string(s.primitives) + " primitives, " + std::to_string(s.instances) + " placements, " +
-         std::to_string(s.triangles) + " triangles; " + std::to_string(s.lights) + " lights; " +
-         std::to_string(s.materials) + " materials of " + std::to_string(s.programs) + " programs";
+         std::to_string(impl_->counts.count()) + " samples a pixel; " + std::to_string(s.primitives) +
+         " primitives, " + std::to_string(s.instances) + " placements, " + std::to_string(s.triangles) +
+         " triangles; " + std::to_string(s.lights) + " lights; " + std::to_string(s.materials) + " materials of " +
+         std::to_string(s.programs) + " programs";
 }
 
 }  // namespace kinora::render

@@ -105,6 +105,7 @@ class Renderer {
   bool writeShard(const std::string& file);
   // How many samples of each pixel are complete.
   int samplesDone() const;
+  int samplesEnd() const;  // behind the last index done
   // A short text on the scene: counts, memory, lights (kinora info, --check).
   std::string summary() const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 
 namespace kinora::render {
@@ -31,7 +32,25 @@ float varianceOf(const scene::Scene& scene, const Settings& settings) {
   return std::isfinite(v) && v > 0 ? v : 0;
 }
 
+constexpr int kMostStride = 4096;
+
+// What the Hider says, or --set in its place: before a scene is loaded the latter is not in it.
+int hiderInt(const scene::Scene& scene, const Settings& settings, const std::string& name, int fallback) {
+  for (size_t i = settings.sets.size(); i-- > 0;)
+    if (settings.sets[i].first == "hider." + name) return std::atoi(settings.sets[i].second.c_str());
+  return scene.hider ? scene.hider->params.getInt(name, fallback) : fallback;
+}
+
 }  // namespace
+
+// Of the part's range those indices count that are whole strides from the frame's first one.
+PartIndices partIndicesOf(const scene::Scene& scene, const Settings& settings) {
+  const int stride = hiderInt(scene, settings, "samplestride", 1);
+  if (stride < 2 || stride > kMostStride) return {settings.firstSample, 1};
+  const int offset = std::max(0, hiderInt(scene, settings, "sampleoffset", 0));
+  const int phase = (offset % stride - settings.firstSample % stride + stride) % stride;
+  return {settings.firstSample + phase, stride};
+}
 
 SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings, Diagnostics& diagnostics) {
   SampleCounts r;
@@ -39,7 +58,25 @@ SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings,
   if (settings.samplesPerPixel <= 0) a.error = settings.pictureError;
   a.variance = a.error > 0 ? 0 : varianceOf(scene, settings);
   const bool isPart = settings.firstSample >= 0;
-  if (isPart && a.isOn()) {
+  if (scene.hider) {
+    r.first = std::clamp(scene.hider->params.getInt("sampleoffset", 0), 0, 1 << 20);
+    r.stride = scene.hider->params.getInt("samplestride", 1);
+    if (r.stride < 1 || r.stride > kMostStride) {
+      diagnostics.warning("RENDER-SAMPLES", scene.hider->pos,
+                          "samplestride of the Hider is " + std::to_string(r.stride) + ", which is not within 1 to " +
+                              std::to_string(kMostStride),
+                          "every sample is taken");
+      r.stride = 1;
+    }
+  }
+  if (r.stride > 1 && a.isOn()) {
+    diagnostics.warning("RENDER-ADAPTIVE", scene.hider->pos,
+                        "adaptive sampling is asked for, and the samples of the frame are one of " +
+                            std::to_string(r.stride) + " (samplestride of the Hider)",
+                        "every pixel takes all samples that the Hider names",
+                        "parts by --crop keep adaptive sampling");
+    a.variance = a.error = 0;
+  } else if (isPart && a.isOn()) {
     // of a range that begins later nobody knows what the samples before it decided
     diagnostics.warning(
         "RENDER-ADAPTIVE", scene.pos,
@@ -53,13 +90,12 @@ SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings,
   if (most <= 0) most = a.isOn() && settings.pixelVariance > 0 ? kUsualAdaptive : kUsualSamples;
   most = std::clamp(most, 1, kMostSamples);
   if (scene.hider) {
-    r.first = std::clamp(scene.hider->params.getInt("sampleoffset", 0), 0, 1 << 20);
     const float dark = scene.hider->params.getFloat("darkfalloff", a.darkFalloff);
     if (std::isfinite(dark) && dark >= 0) a.darkFalloff = std::max(dark, 1e-6f);
   }
-  r.last = r.first + most;
+  r.last = r.first + (most - 1) * r.stride + 1;
   if (isPart) {
-    r.first = settings.firstSample;
+    r.first = partIndicesOf(scene, settings).first;
     r.last = settings.lastSample;
   }
   if (!a.isOn()) return r;

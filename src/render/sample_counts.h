@@ -12,8 +12,17 @@ inline constexpr int kUsualSamples = 64;  // a pixel, where nothing says how man
 
 struct SampleCounts {
   int first = 0, last = 64;  // indices, half open; with adaptivity the most
+  int stride = 1;            // from one index that is taken to the next
   Adaptivity adaptivity;
+
+  int count() const { return last > first ? (last - first + stride - 1) / stride : 0; }
 };
+// The samples that a part of a frame takes (--samples), by scene and --set alike: for its name.
+struct PartIndices {
+  int first, stride;
+};
+PartIndices partIndicesOf(const scene::Scene& scene, const Settings& settings);
+
 SampleCounts sampleCountsOf(const scene::Scene& scene, const Settings& settings, Diagnostics& diagnostics);
 
 }  // namespace kinora::render

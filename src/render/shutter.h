@@ -9,7 +9,8 @@
 namespace kinora::render {
 
 // Times (0..1 over the shutter) at even shares of the light let in; empty: the shutter opens and closes at once. From
-// the camera's shutterOpenTime, shutterCloseTime and shutteropening (rib.md 3), else the hider's shutteropening.
+// the camera's shutterOpenTime, shutterCloseTime and shutteropening (rib.md 3), else the hider's shutteropening. With the hider's
+// samplemotion 0 all times are that of the opening.
 std::vector<float> shutterTimes(const scene::Camera& camera, const scene::NodePtr& hider, Diagnostics& diagnostics);
 
 inline float shutterTime(const std::vector<float>& times, float u) {

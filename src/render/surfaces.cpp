@@ -8,11 +8,37 @@
 
 namespace kinora::render {
 
-void describeGeometries(const FlatScene& flat, const std::vector<const geometry::Mesh*>& meshes, bool softTerminator,
+namespace {
+
+// What definitions of objects name, by primitive: to the space of that primitive. (What stands in the world is named
+// for all, see describeSpaces().)
+using SystemsOf = std::map<const scene::Primitive*, decltype(shade::GeometryInfo::systems)>;
+SystemsOf systemsOfObjects(const scene::Scene& scene, double middle, shade::ShadingWorld& w) {
+  SystemsOf of;
+  for (const scene::Prototype& object : scene.prototypes)
+    for (const scene::PrimitivePtr& p : object.primitives) {
+      const auto* named = p->attributes ? p->attributes->coordinateSystems.get() : nullptr;
+      const scene::Matrix fromObject = p->toWorld.at(middle);
+      if (!named || !(std::fabs(fromObject.determinant()) > 1e-300)) continue;
+      auto systems = std::make_shared<std::map<std::string, scene::Matrix, std::less<>>>();
+      for (const auto& [name, t] : *named) {
+        (*systems)[name] = t.at(middle) * fromObject.inverse();
+        w.objectSystems.insert(name);
+      }
+      of[p.get()] = std::move(systems);
+    }
+  return of;
+}
+
+}  // namespace
+
+void describeGeometries(const scene::Scene& scene, double middle, const FlatScene& flat,
+                        const std::vector<const geometry::Mesh*>& meshes, bool softTerminator,
                         shade::ShadingWorld& w) {
   // geometry infos in the world's own order: meshes are recognised by their address
   std::map<const geometry::Mesh*, uint32_t> shapeOfMesh;
   for (uint32_t i = 0; i < meshes.size(); ++i) shapeOfMesh[meshes[i]] = i;
+  const SystemsOf systems = systemsOfObjects(scene, middle, w);
   w.geometries.resize(w.world->geometryCount());
   for (uint32_t g = 0; g < w.world->geometryCount(); ++g) {
     const geometry::Mesh& mesh = w.world->mesh(g);
@@ -37,6 +63,7 @@ void describeGeometries(const FlatScene& flat, const std::vector<const geometry:
     info.flags = (moves ? shade::kMovesShadowOrigins : 0u) | (info.N ? shade::kHasNormals : 0u) |
                  (mesh.doubleSided ? 0u : shade::kOneSided) | (mesh.quads ? shade::kHasQuads : 0u);
     info.name = p.name();
+    if (const auto it = systems.find(&p); it != systems.end()) info.systems = it->second;
     if (flat.shapes[s].isBaked && p.toWorld.matrices[0] != scene::Matrix())
       info.baked = std::make_shared<const shade::BakedSpace>(
           shade::BakedSpace{p.toWorld.matrices[0], p.toWorld.matrices[0].inverse()});
@@ -198,7 +225,16 @@ void describeSpaces(const scene::Scene& scene, const CameraState& camera, shade:
   shift.setTranslation(Imath::V3d(-camera.origin[0], -camera.origin[1], -camera.origin[2]));
   w.spaces["world"] = shift;
   w.spaces["camera"] = camera.worldToCamera.inverse() * shift;
-  for (const auto& [name, t] : scene.coordinateSystems) w.spaces[name] = t.at(camera.middle()) * shift;
+  const double open = camera.shutterOpen, length = camera.shutterClose - open;
+  const auto add = [&](const std::string& name, const scene::Transform& toWorld) {
+    w.spaces[name] = toWorld.at(camera.middle()) * shift;
+    w.movingSpaces.erase(name);
+    if (toWorld.isStatic() || !(length > 0)) return;
+    scene::Transform& t = w.movingSpaces[name] = toWorld;
+    for (double& time : t.times) time = (time - open) / length;
+    for (scene::Matrix& m : t.matrices) m = m * shift;
+  };
+  for (const auto& [name, t] : scene.coordinateSystems) add(name, t);
 }
 
 }  // namespace kinora::render

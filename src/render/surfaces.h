@@ -10,7 +10,8 @@
 namespace kinora::render {
 
 // Of the geometries of w.world, which are `meshes`, by shape. softTerminator: shadow rays of smooth polygons start from the surface that their normals mean.
-void describeGeometries(const FlatScene& flat, const std::vector<const geometry::Mesh*>& meshes, bool softTerminator,
+void describeGeometries(const scene::Scene& scene, double middle, const FlatScene& flat,
+                        const std::vector<const geometry::Mesh*>& meshes, bool softTerminator,
                         shade::ShadingWorld& w);
 // Of w.placements, and of the materials that they have.
 void describePlacements(const FlatScene& flat, shade::ShadingWorld& w);

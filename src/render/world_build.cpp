@@ -15,6 +15,7 @@
 #include "render/filters.h"
 #include "render/ies_profiles.h"
 #include "render/legacy_lights.h"
+#include "render/space_names.h"
 #include "render/surfaces.h"
 #include "sampling/sample_table.h"
 #include "shade/shader_scene.h"
@@ -211,10 +212,11 @@ void WorldBuilder::setScene(const scene::Scene& scene, shade::ShadingWorld& w) {
   w.volumes = volumes_.get();
   w.diagnostics = &diagnostics_;
   w.samples = sobolTable();
-  describeGeometries(*flat_, meshes_.all(), isSet(scene, "geomShadowTermBias"), w);
+  describeGeometries(scene, camera_.middle(), *flat_, meshes_.all(), isSet(scene, "geomShadowTermBias"), w);
   describePlacements(*flat_, w);
   describeWalks(*flat_, meshes_.all(), w);
   describeSpaces(scene, camera_, w);
+  warnOfUnknownSpaces(*flat_, w, diagnostics_);
   if (w.materials->shaderUses().empty()) return;
   w.shaders = std::make_shared<shade::ShaderScene>(diagnostics_);
   w.shaders->ofPlacement = flat_->attributes;

@@ -1,8 +1,10 @@
 #include "rib/condition.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <regex>
+#include <vector>
 
 namespace kinora::rib {
 
@@ -20,6 +22,27 @@ std::optional<double> asNumber(std::string_view s) {
   const auto r = std::from_chars(s.data(), s.data() + s.size(), v);
   if (r.ec != std::errc() || r.ptr != s.data() + s.size()) return std::nullopt;
   return v;
+}
+
+// Values of a scene are floats, literals are not: .1 is the float next to it. Whole numbers (identifiers, frames) are
+// compared exactly.
+int compareNumbers(double a, double b) {
+  if (std::floor(a) != a || std::floor(b) != b) a = float(a), b = float(b);
+  return a < b ? -1 : a > b;
+}
+
+// The numbers of a colour, point or matrix, between blanks or commas; none where something else is among them.
+std::vector<double> asNumbers(std::string_view s) {
+  constexpr std::string_view kBetween = " ,\t\r\n";
+  std::vector<double> r;
+  for (size_t at = s.find_first_not_of(kBetween); at != std::string_view::npos;) {
+    const size_t end = std::min(s.find_first_of(kBetween, at), s.size());
+    const auto n = asNumber(s.substr(at, end - at));
+    if (!n) return {};
+    r.push_back(*n);
+    at = s.find_first_not_of(kBetween, end);
+  }
+  return r;
 }
 
 // Everything is text; a text that reads as a number is one where numbers are wanted. What && and || decide without their
@@ -71,9 +94,11 @@ class Parser {
   }
   static std::string text(bool b) { return b ? "1" : "0"; }
   static int compare(const std::string& a, const std::string& b) {
-    const auto x = asNumber(a), y = asNumber(b);
-    if (x && y) return *x < *y ? -1 : *x > *y;
-    return a < b ? -1 : a > b;
+    const std::vector<double> x = asNumbers(a), y = asNumbers(b);
+    if (x.empty() || x.size() != y.size()) return a < b ? -1 : a > b;
+    for (size_t i = 0; i < x.size(); ++i)
+      if (const int c = compareNumbers(x[i], y[i])) return c;
+    return 0;
   }
   double numeric(const std::string& v) {
     const auto n = asNumber(v);
@@ -211,7 +236,7 @@ class Parser {
       at_ = close + 1;
       return substitute(inside, '$', true, lookup_);
     }
-    if (c == '[') {  // a colour or point: compared as its text
+    if (c == '[') {  // a colour or point: compared number by number
       const size_t close = text_.find(']', at_);
       if (close == std::string_view::npos) return fail("a ']' is missing"), std::string();
       std::string v(text_.substr(at_ + 1, close - at_ - 1));
@@ -265,6 +290,17 @@ class Parser {
 };
 
 }  // namespace
+
+std::string plainText(float v) {
+  char buffer[64];
+  const float size = std::abs(v);
+  const bool isUsual = v == 0 || (size >= 1e-5f && size < 1e9f);
+  const auto r = isUsual ? std::to_chars(buffer, buffer + sizeof buffer, v, std::chars_format::fixed)
+                         : std::to_chars(buffer, buffer + sizeof buffer, v);
+  return std::string(buffer, r.ptr);
+}
+
+std::string plainText(int v) { return std::to_string(v); }
 
 bool evaluateCondition(std::string_view expression, const Lookup& lookup, std::string& problem) {
   return Parser(expression, lookup).run(problem);

@@ -10,6 +10,10 @@ std::optional<std::string> lookup(std::string_view n) {
   if (n == "user:pass") return "beauty";
   if (n == "Frame") return "12";
   if (n == "empty") return "";
+  if (n == "tenth") return plainText(.1f);
+  if (n == "third") return plainText(.3f);
+  if (n == "colour") return plainText(1.f) + " " + plainText(.1f) + " " + plainText(3.f);
+  if (n == "id") return plainText(1234567891);
   return std::nullopt;
 }
 
@@ -37,6 +41,16 @@ TEST(Condition, Grammar) {
                                                  {"'pass $user:pass' == 'pass beauty'", true},
                                                  {"$empty == ''", true},
                                                  {"[1 0 0] == [1 0 0]", true},
+                                                 // floats meet literals, whole numbers are exact
+                                                 {"$tenth == .1 && $third <= .3 && $third >= .3", true},
+                                                 {"$tenth + 0.2 == $third", true},
+                                                 {"$third < .30001 && $third > .29999", true},
+                                                 {"$id == 1234567891", true},
+                                                 {"$id == 1234567890", false},
+                                                 {"$colour == [1.0 .1 3.0]", true},
+                                                 {"$colour == [1, 0.1, 3]", true},
+                                                 {"$colour == [1 .1]", false},
+                                                 {"$colour != [1 .1 3.1] && $colour < [1 .2 0]", true},
                                                  {"1 == 1 == 1", true},
                                                  {"!1 || 1", true},
                                                  {"0.002 > 1e-3", true},
@@ -80,6 +94,16 @@ TEST(Substitution, NamesInStrings) {
   EXPECT_EQ(substitute("a/$Frame.tif", '$', false, lookup), "a/$Frame.tif");
   EXPECT_EQ(substitute("${none}$none$ ${", '$', true, lookup), "${none}$none$ ${");
   EXPECT_EQ(substitute("%Frame", '%', true, lookup), "12");
+  EXPECT_EQ(substitute("a_${tenth}_${id}", '$', true, lookup), "a_0.1_1234567891");
+}
+
+TEST(Substitution, NumbersReadBackAsTheSame) {
+  EXPECT_EQ(plainText(100000.f), "100000");
+  EXPECT_EQ(plainText(1e-5f), "0.00001");
+  EXPECT_EQ(plainText(16777216.f), "16777216");
+  EXPECT_EQ(plainText(0.f), "0");
+  for (const float v : {1.f / 3, -1e-30f, 3.4e38f, 123456.79f, 9.9999e-6f, 1e9f, 999999936.f})
+    EXPECT_EQ(std::stof(plainText(v)), v) << plainText(v);
 }
 
 }  // namespace

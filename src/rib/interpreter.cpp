@@ -344,11 +344,8 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
   const auto text = [](const scene::Parameter& p) -> std::string {
     if (!p.strings.empty()) return p.strings[0];
     std::string s;
-    for (size_t i = 0; i < p.size() && i < 16; ++i) {
-      char buffer[32];
-      std::snprintf(buffer, sizeof buffer, "%.9g", p.ints.empty() ? double(p.floats[i]) : double(p.ints[i]));
-      s += (i ? " " : "") + std::string(buffer);
-    }
+    for (size_t i = 0; i < p.size() && i < 16; ++i)
+      s += (i ? " " : "") + (p.ints.empty() ? plainText(p.floats[i]) : plainText(p.ints[i]));
     return s;
   };
   const bool optionOnly = name.starts_with("Option:"), attributeOnly = name.starts_with("Attribute:");
@@ -431,11 +428,8 @@ void Interpreter::keepQuietly(Request& r) {
     const Argument& a = r.args[i];
     for (const std::string& s : a.strings) k.args.push_back(s);
     if (a.kind == Argument::Kind::Strings) continue;
-    for (size_t n = 0; n < a.size(); ++n) {
-      char buffer[32];
-      std::snprintf(buffer, sizeof buffer, "%.9g", a.isInteger ? double(a.ints[n]) : double(a.floats[n]));
-      k.args.push_back(buffer);
-    }
+    for (size_t n = 0; n < a.size(); ++n)
+      k.args.push_back(a.isInteger ? plainText(a.ints[n]) : plainText(a.floats[n]));
   }
   if (i < r.count) k.params = parameters(r, i, Use::Classic);
   (world_ ? *world_ : frame_.options).kept.push_back(std::move(k));

@@ -17,6 +17,7 @@
 #include "rib/declarations.h"
 #include "rib/lexer.h"
 #include "rib/light_scan.h"
+#include "rib/no_effect.h"
 #include "rib/reader.h"
 #include "rib/request.h"
 #include "scene/procedural.h"
@@ -134,8 +135,9 @@ class Interpreter {
               std::string advice = {}) {
     messages_.report({s, std::move(code), pos, std::move(what), std::move(done), std::move(advice)});
   }
-  void keep(Request& r);                                    // into Scene::kept, with a report
-  void keepQuietly(Request& r);                             // where something stands in for it
+  void keep(Request& r);         // into Scene::kept, with a report
+  void keepQuietly(Request& r);  // where something stands in for it
+  void tellOfNoEffect(Where where, const std::string& name, const scene::Parameter& p, const SourcePos& pos);
   void reportKept(const Request& r);                        // once per name, of shaders once per shader
   scene::Attributes& edit();                                // the current attributes, no longer shared
   scene::Attributes& edit(scene::Attributes::Given what) {  // ... of which this is being set

@@ -145,6 +145,10 @@ constexpr Explanation kExplanations[] = {
      "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of "
      "one's "
      "own are no mistake; put them into the group \"user\"."},
+    {"RIB-NO-EFFECT-",
+     "An option, an attribute, a hider, or a parameter of the Hider or of a Display is known by name and asks for "
+     "something that is not done here; the message says what is done instead, or what asks for it. Values that ask "
+     "for what is done anyway are not told. Each name is reported once, where it is first met."},
     {"RIB-INSTANCE-VALUES",
      "ObjectInstance was given primitive variables. An instance has the attributes that stand before it and the "
      "geometry of its object, no values of its own: what differs from instance to instance is an Attribute \"user\", "

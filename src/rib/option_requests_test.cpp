@@ -202,6 +202,37 @@ WorldEnd
   EXPECT_TRUE(r.messages.empty()) << r.all();
 }
 
+// What is asked for by a name that has no effect here is told once; the values that ask for nothing are not.
+TEST(Options, NamesWithoutEffectAreTold) {
+  const auto said = [](const std::string& before, const std::string& inside = "") {
+    const Read r = readRib(before + "\nWorldBegin\n" + inside + "\nSphere 1 -1 1 360\nWorldEnd\n");
+    std::string codes;
+    for (const Message& m : r.messages) codes += m.code + " ";
+    return codes;
+  };
+  EXPECT_EQ(
+      said("Hider \"raytrace\" \"int adaptall\" [1] \"float[2] exposurebracket\" [-2 2] \"int minextrasamples\" "
+           "[8]\nHider \"raytrace\" \"int adaptall\" [1]"),
+      "RIB-NO-EFFECT-ADAPTALL RIB-NO-EFFECT-EXPOSUREBRACKET RIB-NO-EFFECT-MINEXTRASAMPLES ");
+  EXPECT_EQ(
+      said("Option \"checkpoint\" \"string interval\" [\"10m\"] \"string exitat\" [\"2h\"] \"int asfinal\" [1]"),
+      "RIB-NO-EFFECT-INTERVAL RIB-NO-EFFECT-EXITAT RIB-NO-EFFECT-ASFINAL ");
+  EXPECT_EQ(said("Option \"lighting\" \"float minimumestimate\" [.01]"), "RIB-NO-EFFECT-MINIMUMESTIMATE ");
+  EXPECT_EQ(said("Display \"a.exr\" \"openexr\" \"rgba\" \"int[2] resolution\" [64 64] \"int[2] origin\" [8 8] \"int "
+                 "merge\" [1]"),
+            "RIB-NO-EFFECT-RESOLUTION RIB-NO-EFFECT-ORIGIN RIB-NO-EFFECT-MERGE ");
+  EXPECT_EQ(said("", "Attribute \"trace\" \"int samplemotion\" [0]"), "RIB-NO-EFFECT-SAMPLEMOTION ");
+  EXPECT_EQ(said("Hider \"photon\" \"int emit\" [10]"), "RIB-NO-EFFECT-HIDER ");
+  EXPECT_EQ(said("Hider \"bake\""), "RIB-NO-EFFECT-HIDER ");
+  EXPECT_EQ(
+      said("Hider \"raytrace\" \"int adaptall\" [0] \"float[2] exposurebracket\" [-1 1] \"int minextrasamples\" "
+           "[-1] \"int samplemotion\" [0] \"int samplestride\" [2]\nOption \"checkpoint\" \"string interval\" [\"\"] "
+           "\"int keepfiles\" [0]\nOption \"lighting\" \"float minimumestimate\" [1e-6]\nDisplay \"a.exr\" "
+           "\"openexr\" \"rgba\" \"int[2] origin\" [0 0] \"int merge\" [0]\nHider \"hidden\" \"int jitter\" [1]",
+           "Attribute \"trace\" \"int samplemotion\" [1]"),
+      "");
+}
+
 TEST(Options, SlipsInKnownNamesAreTold) {
   const auto what = [](const std::string& before, const std::string& inside) {
     const Read r = readRib(before + "\nWorldBegin\n" + inside + "\nSphere 1 -1 1 360\nWorldEnd\n");

@@ -143,6 +143,16 @@ Slip slipOf(const KnownNames (&known)[N], const char* kind, const std::string& g
 
 }  // namespace
 
+void Interpreter::tellOfNoEffect(Where where, const std::string& name, const Parameter& p, const SourcePos& pos) {
+  static constexpr const char* kKinds[] = {"the hider's parameter", "option", "attribute", "the display's parameter"};
+  const char* why = whyNoEffect(where, name, p);
+  const std::string what = std::string(kKinds[size_t(where)]) + " \"" + name + "\"";
+  if (!why || !keptNames_.insert(what).second) return;
+  std::string code = "RIB-NO-EFFECT-" + name.substr(name.find(':') + 1);
+  for (char& c : code) c = char(std::toupper(static_cast<unsigned char>(c)));
+  report(Severity::Warning, std::move(code), pos, what + " has no effect", why);
+}
+
 void Interpreter::option(Request& r) {
   Cursor c(r);
   std::string group;
@@ -177,6 +187,7 @@ void Interpreter::option(Request& r) {
         s = joined;
       }
     }
+    tellOfNoEffect(Where::Option, group + ":" + name, parameter, r.pos);
     parameter.name = group + ":" + name;
     options.set(std::move(parameter));
   }
@@ -249,6 +260,7 @@ void Interpreter::attribute(Request& r) {
                                                : O::Outside);
     }
     p.name = group + ":" + p.name;
+    tellOfNoEffect(Where::Attribute, p.name, p, r.pos);
     if (p.name == "grouping:membership" && !p.strings.empty() && p.strings[0].starts_with("+")) {
       const std::string before = a.named.getString(p.name, "");
       // in an object with no groups of its own the instance's are added to: the sign stays (scene::inherit)
@@ -423,6 +435,7 @@ void Interpreter::display(Request& r) {
     return badArguments(r, "a name, a driver and a mode");
   d.params = parameters(r, c.at, Use::Classic);
   d.pos = r.pos;
+  for (const Parameter& p : d.params) tellOfNoEffect(Where::Display, p.name, p, r.pos);
   // a name with '+' adds a display, one without replaces all before
   if (d.file.starts_with("+"))
     d.file.erase(0, 1);
@@ -468,6 +481,9 @@ void Interpreter::hider(Request& r) {
       for (const Parameter& p : n->params)
         if (Slip slip = slipOf(kKnownHider, "parameter", n->plugin, p); !slip.what.empty())
           report(Severity::Warning, "RIB-MISSPELT", r.pos, slip.what, "it has no effect", slip.advice);
+      for (const Parameter& p : n->params) tellOfNoEffect(Where::Hider, p.name, p, r.pos);
+      if (const char* why = otherHider(n->plugin); why && keptNames_.insert("Hider " + n->plugin).second)
+        report(Severity::Warning, "RIB-NO-EFFECT-HIDER", r.pos, "Hider \"" + n->plugin + "\" is not known here", why);
       frame_.options.hider = n;
     }
 }

@@ -115,6 +115,20 @@ WorldEnd)rib");
   EXPECT_EQ(std::get<Quadric>(r.primitive(1).shape).args[0], 7);
 }
 
+TEST(Conditions, NumbersOfTheSceneAreFloats) {
+  const Read r = readRib(R"rib(Option "user" "float n" [.3] "color c" [1 .2 3] "int id" [1234567891]
+WorldBegin
+IfBegin "$user:n <= .3 && $user:n == 0.3 && $user:c == [1.0 0.2 3.0] && $user:id != 1234567890"
+  Sphere 1 -1 1 360
+IfEnd
+Attribute "identifier" "string name" ["n${user:n}_${user:id}"]
+Sphere 2 -2 2 360
+WorldEnd)rib");
+  expectClean(r);
+  ASSERT_EQ(r.world().primitives.size(), 2u);
+  EXPECT_EQ(r.primitive(1).attributes->named.getString("identifier:name", ""), "n0.3_1234567891");
+}
+
 TEST(Resources, SaveAndRestore) {
   const Read r = readWorld(R"(ResourceBegin
 Color 1 0 0

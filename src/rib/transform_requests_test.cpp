@@ -34,6 +34,13 @@ TEST(Transforms, EachRequest) {
   EXPECT_TRUE(near(persp, {0.5, 0.5, 0.5}));
 }
 
+TEST(Transforms, RotateWithoutAnAxisSaysSo) {
+  const Read r = readWorld("Rotate 30 0 0 0\nSphere 1 -1 1 360");
+  ASSERT_NE(r.find("RIB-TRANSFORM"), nullptr);
+  EXPECT_EQ(r.find("RIB-TRANSFORM")->what, "Rotate has no axis: it is (0 0 0)");
+  EXPECT_EQ(r.primitive(0).toWorld.matrices[0], Matrix());
+}
+
 TEST(Transforms, CoordinateSystems) {
   const Read r = readRib(R"(Translate 0 0 5
 CoordinateSystem "behind"

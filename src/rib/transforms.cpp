@@ -102,7 +102,11 @@ bool Interpreter::matrixOf(const Request& request, Matrix& m, bool& replaces) {
     if (!get(4, "an angle and an axis")) return false;
     const V3d axis(v[1], v[2], v[3]);
     if (axis.length() == 0 && v[0] == 0) return true;
-    if (!(axis.length() > 0)) v[0] = NAN;  // no axis: reported below
+    if (axis.length() == 0) {
+      report(Severity::Error, "RIB-TRANSFORM", r.pos, "Rotate has no axis: it is (0 0 0)", "the identity is used",
+             "three numbers behind the angle say which way the axis points");
+      return true;
+    }
     m = rotation(v[0] * kRadians, axis);
   } else if (r.name == "Skew") {
     if (!get(7, "an angle and two directions")) return false;

@@ -178,6 +178,14 @@ class Digester {
     } else if constexpr (std::is_same_v<T, Shape>) {
       h.word(value.index());
       std::visit([&](const auto& shape) { add(h, shape); }, value);
+    } else if constexpr (std::is_same_v<T, Node>) {
+      const bool leavesOut = of_ == Of::Pixels && isHider(value);
+      forEachField(value, [&]<class F>(const F& field, const typename F::Member& member) {
+        if constexpr (std::is_same_v<typename F::Member, ParameterList>)
+          addParameters(h, member, leavesOut ? hiderDecidesPixels : nullptr);
+        else
+          add(h, field, member);
+      });
     } else {
       forEachField(value, [&](const auto& field, const auto& member) { add(h, field, member); });
       // which object the light is as well, and so does not stand in the scene a second time

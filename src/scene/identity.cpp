@@ -12,13 +12,19 @@
 namespace kinora::scene {
 
 bool optionDecidesPixels(const Parameter& option) {
-  static constexpr std::string_view kGroups[] = {"searchpath:", "statistics:", "ribparse:", "rib:", "bucket:"};
+  static constexpr std::string_view kGroups[] = {
+      "searchpath:", "statistics:", "ribparse:", "rib:", "bucket:", "checkpoint:"};
   static constexpr std::string_view kNames[] = {"limits:bucketsize",     "limits:threads",     "limits:texturememory",
-                                                "limits:geocachememory", "limits:brickmemory", "shader:cache"};
+                                                "limits:geocachememory", "limits:brickmemory", "limits:rendertime",
+                                                "shader:cache"};
   const std::string_view name = option.name;
   return std::none_of(std::begin(kGroups), std::end(kGroups),
                       [&](std::string_view group) { return name.starts_with(group); }) &&
          std::find(std::begin(kNames), std::end(kNames), name) == std::end(kNames);
+}
+
+bool hiderDecidesPixels(const Parameter& parameter) {
+  return parameter.name != "sampleoffset" && parameter.name != "samplestride";
 }
 
 namespace {
@@ -41,7 +47,8 @@ class PartLister {
       Hasher which;
       for (const std::string* s : {&value.kind, &value.plugin, &value.handle}) which.text(*s);
       put(before.empty() ? "plug-in" : before.substr(0, before.size() - 2), which.result());
-      for (const Parameter& p : value.params) put(inQuotes(before + "parameter", p.name), digester_.of(p));
+      for (const Parameter& p : value.params)
+        if (!isHider(value) || hiderDecidesPixels(p)) put(inQuotes(before + "parameter", p.name), digester_.of(p));
     } else if constexpr (Described<T>) {
       static const T kUsual{};
       forEachField(value, [&]<class F>(const F& field, const typename F::Member& member) {

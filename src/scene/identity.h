@@ -30,6 +30,11 @@ struct PrimitiveDigests {
   std::unordered_map<const Primitive*, Known> known;
 };
 
+// Whether a parameter of the Hider decides what a sample is; which of a frame's samples are taken, `sampleoffset` and
+// `samplestride`, is written beside the digest: parts of one frame differ in them.
+bool hiderDecidesPixels(const Parameter& parameter);
+inline bool isHider(const Node& n) { return n.kind == "Hider"; }
+
 Digest digestOf(const Scene& scene, const ContentsByName& files = {}, PrimitiveDigests* remembered = nullptr);
 
 // The things that a scene is made of with digests of their fields: enough to name a difference without the scene. Its

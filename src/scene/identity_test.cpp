@@ -217,7 +217,7 @@ TEST(Identity, WhatDoesNotCount) {
     EXPECT_EQ(digestOf(a), d);
   }
   for (const char* name : {"searchpath:texture", "statistics:endofframe", "bucket:order", "limits:threads",
-                           "ribparse:varsubst", "shader:cache"}) {
+                           "limits:rendertime", "checkpoint:interval", "ribparse:varsubst", "shader:cache"}) {
     Parameter p;
     p.name = name;
     p.strings = {"anything"};
@@ -228,6 +228,29 @@ TEST(Identity, WhatDoesNotCount) {
   gridsize.name = "limits:gridsize";
   copy.options.set(gridsize);
   EXPECT_NE(digestOf(copy), d);
+}
+
+// Which samples are taken is written beside the digest, so that parts of one frame have one digest; what samples are is
+// in it.
+TEST(Identity, TheHidersChoiceOfSamplesDoesNotCount) {
+  const auto with = [](const char* kind, const char* name) {
+    Scene s;
+    auto n = std::make_shared<Node>();
+    n->kind = kind;
+    Parameter p;
+    p.name = name;
+    p.type = ValueType::Int;
+    p.ints = {3};
+    n->params.set(p);
+    s.hider = n;
+    return s;
+  };
+  for (const char* name : {"sampleoffset", "samplestride"}) {
+    EXPECT_EQ(digestOf(with("Hider", name)), digestOf(with("Hider", "sampleoffset")));
+    EXPECT_NE(digestOf(with("Pattern", name)), digestOf(with("Pattern", "other"))) << "anyone else's parameter";
+    EXPECT_EQ(firstDifference(inventoryOf(with("Hider", name)), inventoryOf(with("Hider", "sampleoffset"))), "");
+  }
+  EXPECT_NE(digestOf(with("Hider", "samplemotion")), digestOf(with("Hider", "sampleoffset")));
 }
 
 // Objects name the light sources that shine on them by id; the same lights under other ids are the same lights.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
 #include "shade/context_host.h"
 #include "shade/implied_primvars.h"
@@ -388,48 +389,92 @@ int ellipses(const Context* c, const char* name, Value axes[2]) {
   return answer(out);
 }
 
-int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
-  const ContextHost& h = ContextHost::of(c);
-  const ShadingWorld& w = h.group->world();
-  const uint32_t* instanceOf = c->place.instance;
-  // where the shader was declared is not kept: as exporters write it, that is the object's space
-  const auto isObject = [&](const char* space) {
-    return !std::strcmp(space, "object") || (!std::strcmp(space, "shader") && !w.spaces.contains("shader"));
-  };
-  bool known = true;
-  const auto toRender = [&](const char* space, uint32_t point) {
-    if (!std::strcmp(space, "render") || !std::strcmp(space, "current")) return scene::Matrix();
-    if (isObject(space) && instanceOf) {
-      const trace::Affine b = w.spaceOf(instanceOf[point], c->place.geometry[point]).fromRender;
-      scene::Matrix m;
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) m[j][i] = b.m[i][j];
-        m[3][i] = b.t[i];
-      }
-      return m.inverse();
+scene::Matrix matrixOf(const trace::Affine& a) {
+  scene::Matrix m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m[j][i] = a.m[i][j];
+    m[3][i] = a.t[i];
+  }
+  return m;
+}
+
+// A space by name, as points of a context see it: those of objects are each point's own, and what moves is where it is at
+// the point's time.
+class NamedSpace {
+ public:
+  NamedSpace(const ShadingWorld& w, const Context* c, const char* name) : w_(w), c_(c), name_(name) {
+    const bool isPlaced = c->place.instance != nullptr;
+    const auto still = w.spaces.find(name_);
+    still_ = still == w.spaces.end() ? nullptr : &still->second;
+    const auto moving = w.movingSpaces.find(name_);
+    moving_ = moving == w.movingSpaces.end() ? nullptr : &moving->second;
+    isRender_ = name_ == "render" || name_ == "current";
+    // where a shader was declared is not kept: as exporters write it, that is the object's space
+    isObject_ = isPlaced && (name_ == "object" || (name_ == "shader" && !still_));
+    isOfObjects_ = isPlaced && w.objectSystems.contains(name_);
+  }
+
+  // Names that some object gives are known everywhere, so that which points share a context does not show.
+  bool isKnown() const { return isRender_ || isObject_ || isOfObjects_ || still_ || moving_; }
+  bool isSameAs(const NamedSpace& o) const { return name_ == o.name_ || (isObject_ && o.isObject_); }
+  // What it follows from.
+  enum class Varies : uint8_t { Never, ByPlace, ByTime };
+  Varies varies() const {
+    if (isRender_) return Varies::Never;
+    if (isObject_ || isOfObjects_) {
+      for (uint32_t i = 0; i < c_->padded; ++i)
+        if (moving_ || w_.world->instance(c_->place.instance[i]).keyCount > 1) return Varies::ByTime;
+      return Varies::ByPlace;
     }
-    const auto it = w.spaces.find(space);
-    if (it != w.spaces.end()) return it->second;
-    known = false;
-    return scene::Matrix();
+    return moving_ ? Varies::ByTime : Varies::Never;
+  }
+  scene::Matrix toRender(uint32_t point) const {
+    if (isRender_) return scene::Matrix();
+    if (isObject_) return objectToRender(point);
+    if (isOfObjects_)
+      if (const auto* systems = w_.geometries[c_->place.geometry[point]].systems.get())
+        if (const auto it = systems->find(name_); it != systems->end()) return it->second * objectToRender(point);
+    if (moving_) return moving_->at(double(c_->time[point]));
+    return still_ ? *still_ : scene::Matrix();
+  }
+
+ private:
+  scene::Matrix objectToRender(uint32_t point) const {
+    const uint32_t instance = c_->place.instance[point];
+    const scene::Matrix m = matrixOf(w_.spaceOf(instance, c_->place.geometry[point]).fromRender).inverse();
+    if (w_.world->instance(instance).keyCount < 2) return m;
+    return m * matrixOf(w_.world->objectToRender(instance, 0.5f)).inverse() *
+           matrixOf(w_.world->objectToRender(instance, c_->time[point]));
+  }
+
+  const ShadingWorld& w_;
+  const Context* c_;
+  const std::string_view name_;
+  const scene::Matrix* still_;
+  const scene::Transform* moving_;
+  bool isRender_, isObject_, isOfObjects_;
+};
+
+int matrix(const Context* c, const char* from, const char* to, MatrixValue* out) {
+  const ShadingWorld& w = ContextHost::of(c).group->world();
+  const NamedSpace first(w, c, from), second(w, c, to);
+  const bool known = first.isKnown() && second.isKnown(), isSame = first.isSameAs(second);
+  using Varies = NamedSpace::Varies;
+  const Varies varies = !known || isSame ? Varies::Never : std::max(first.varies(), second.varies());
+  const auto isAsBefore = [&](uint32_t i) {
+    return c->place.instance[i] == c->place.instance[i - 1] && c->place.geometry[i] == c->place.geometry[i - 1];
   };
-  const auto between = [&](uint32_t point) { return toRender(from, point) * toRender(to, point).inverse(); };
-  // object space is each point's own: which points share a context must not show
-  const bool objects = instanceOf && (isObject(from) != isObject(to));
-  uint32_t instance = objects ? instanceOf[0] : 0;
-  bool one = true;
-  for (uint32_t i = 1; objects && one && i < c->padded; ++i) one = instanceOf[i] == instance;
+  bool one = varies != Varies::ByTime;
+  for (uint32_t i = 1; varies == Varies::ByPlace && one && i < c->padded; ++i) one = isAsBefore(i);
   float* entries[16];
   for (int k = 0; k < 16; ++k)
     out->m[k] = entries[k] = one ? static_cast<float*>(alloc(c, sizeof(float))) : floats(c);
   out->stride = one ? 0 : 1;
-  scene::Matrix m = isObject(from) && isObject(to) ? scene::Matrix() : between(0);
+  scene::Matrix m;
   for (uint32_t i = 0; i < (one ? 1 : c->padded); ++i) {
-    if (!one && instanceOf[i] != instance) {
-      m = between(i);
-      instance = instanceOf[i];
-    }
-    for (int k = 0; k < 16; ++k) entries[k][i] = known ? float(m[k / 4][k % 4]) : float(k % 5 == 0);
+    const bool isNew = i == 0 || varies == Varies::ByTime || !isAsBefore(i);
+    if (known && !isSame && isNew) m = first.toRender(i) * second.toRender(i).inverse();
+    for (int k = 0; k < 16; ++k) entries[k][i] = float(m[k / 4][k % 4]);
   }
   return known;
 }

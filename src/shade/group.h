@@ -8,6 +8,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,8 @@ struct GeometryInfo {
   const geometry::Primvar *N = nullptr, *st = nullptr, *s = nullptr, *t = nullptr;  // found once
   std::shared_ptr<const BakedSpace> baked;  // null: the mesh lies in its object's space
   std::string name;
+  // Coordinate systems that its object's definition names (to the object's space): each instance has its own. Null: none.
+  std::shared_ptr<const std::map<std::string, scene::Matrix, std::less<>>> systems;
 };
 enum GeometryFlags : uint32_t { kHasNormals = 1, kOneSided = 2, kMovesShadowOrigins = 4, kHasQuads = 8 };
 // By kind of placement (Instance::info): what follows from attributes.
@@ -95,7 +98,11 @@ struct ShadingWorld {
   std::shared_ptr<const std::vector<ObjectSpace>> objectSpaces;
   std::function<std::string(uint32_t placement)> placementName;  // for people
   SurfaceTables tables;                                          // of the above, for gathers; see fillTables()
-  std::map<std::string, scene::Matrix> spaces;                   // name -> (that space to render)
+  std::map<std::string, scene::Matrix, std::less<>>
+      spaces;  // name -> (that space to render), in the middle of the shutter
+  std::map<std::string, scene::Transform, std::less<>>
+      movingSpaces;                                  // those of them that move; times are those of rays
+  std::set<std::string, std::less<>> objectSystems;  // names in GeometryInfo::systems
   std::map<std::string, uint32_t, std::less<>>
       primvarWidths;        // name -> components (at most 3), the widest of all objects
   std::vector<Tint> tints;  // the first: nothing said

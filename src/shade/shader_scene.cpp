@@ -16,6 +16,20 @@ void ShaderScene::refuseTrace() {
                        "it hits nothing and returns 0");
 }
 
+// Shaders make names while they run: of a shader that makes ever new ones the first few are told.
+void ShaderScene::tellOfSpace(const char* name) {
+  constexpr size_t kMost = 16;
+  {
+    const std::lock_guard lock(mutex_);
+    if (toldSpaces_.size() >= kMost || !toldSpaces_.insert(name).second) return;
+  }
+  diagnostics_.warning(
+      "SHADER-COORDSYS", {},
+      "a shader asks for the coordinate system '" + std::string(name).substr(0, 60) + "', which nothing names",
+      "what it transforms stays as it is, and getmatrix() returns 0",
+      "a CoordinateSystem in the world gives the name");
+}
+
 double ShaderScene::areaOf(uint64_t object) const {
   const std::lock_guard lock(mutex_);
   const auto it = areas_.find(object);

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "language/library/dictionary.h"
@@ -22,6 +24,8 @@ struct ShaderScene {
   language::Dictionary dictionary;
   // Says once for all threads that shaders may not trace.
   void refuseTrace();
+  // Says once a name that nothing calls a coordinate system so.
+  void tellOfSpace(const char* name);
   // Surface of an object, by instance and geometry; -1: not known yet.
   double areaOf(uint64_t object) const;
   void setArea(uint64_t object, double area);
@@ -31,6 +35,7 @@ struct ShaderScene {
   std::atomic<bool> told_{false};
   mutable std::mutex mutex_;
   std::map<uint64_t, double> areas_;
+  std::set<std::string, std::less<>> toldSpaces_;
 };
 
 }  // namespace shade

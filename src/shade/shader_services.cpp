@@ -24,7 +24,11 @@ struct ShaderServices::Calls {
     const Context* c = of(self).context_;
     const ArenaScope memory(of(self).host_.group->arena());
     MatrixValue m{};
-    if (!c->fn->matrix(c, from, to, &m)) return false;
+    if (!c->fn->matrix(c, from, to, &m)) {
+      ShaderScene* scene = of(self).host_.group->world().shaders.get();
+      if (scene) scene->tellOfSpace(std::strcmp(from, "world") ? from : to);
+      return false;
+    }
     const uint32_t n = out.varies ? b.points : 1;
     for (uint32_t k = 0; k < 16; ++k)
       for (uint32_t i = 0; i < n; ++i)

@@ -104,6 +104,53 @@ TEST(Sources, OfASquare) {
   EXPECT_EQ(at(r, "id2", x, y), 9);
 }
 
+// Identifiers that a float does not hold are told; those that it does hold are not.
+TEST(Sources, IdentifiersWithTooManyBits) {
+  for (const auto& [id, isTold] : {std::pair{"16777216", false}, {"16777217", true}, {"-5", true}, {"0", false}}) {
+    SceneRender r(request("Ci,id", std::string("Attribute \"identifier\" \"int id\" [") + id + "]\n" + kBall));
+    ASSERT_TRUE(r.ok());
+    bool told = false;
+    for (const std::string& m : r.messages())
+      told |= m.find("DISPLAY-ID") != std::string::npos && m.find(id) != std::string::npos;
+    EXPECT_EQ(told, isTold) << id;
+  }
+  SceneRender other(request("Ci,a", std::string("Attribute \"identifier\" \"int id\" [16777217]\n") + kBall));
+  EXPECT_TRUE(other.messages().empty()) << "nothing shows it";
+}
+
+// The Hider's samplemotion 0: everything stands where it is when the shutter opens, object and camera, and its motion
+// is that of the blurred picture.
+TEST(Sources, MotionWithoutBlur) {
+  const std::string card =
+      "MotionBegin [0 1]\nTranslate 0 0 3\nTranslate 0.5 0 3\nMotionEnd\n"
+      "Polygon \"vertex point P\" [-0.5 -2 0  0.25 -2 0  0.25 2 0  -0.5 2 0]\n";
+  const std::string still = "Hider \"raytrace\" \"int maxsamples\" [16] \"int samplemotion\" [0]\n";
+  for (const char* camera : {"", "Projection \"PxrCamera\" \"fov\" [90] \"float duration\" [0.25]\n"}) {
+    SCOPED_TRACE(camera);
+    // at distance 3 a field of 90 degrees shows 6 units
+    const float pixels = *camera ? 32 / 6.f : 16.f;
+    SceneRender r(request("Ci,a,dPdtime,motionFore,motionBack,time", card, "Shutter 0 1\n" + still + camera));
+    ASSERT_TRUE(r.ok());
+    for (int x = 0; x < kSide; ++x) {
+      const float left = 16 - 0.5f * pixels, right = 16 + 0.25f * pixels;
+      const float expected =
+          std::max(0.f, std::min(float(x + 1), right) - std::max(float(x), left));  // at most 1: of its width
+      EXPECT_NEAR(at(r, "a", x, 16), expected, 0.07f) << x;
+    }
+    EXPECT_EQ(at(r, "time", 15, 16), 0);
+    EXPECT_NEAR(at(r, "dPdtime", 15, 16, 0), 0.5, 2e-3);
+    EXPECT_NEAR(at(r, "motionFore", 15, 16, 0), 0.5f * pixels, 0.05);
+    EXPECT_NEAR(at(r, "motionBack", 15, 16, 0), -0.5f * pixels, 0.05);
+  }
+  // a camera in motion: the same picture the other way about
+  SceneRender r(
+      request("Ci,a,dPcameradtime", "Translate 0 0 3\nPolygon \"P\" [-0.5 -2 0  0.25 -2 0  0.25 2 0  -0.5 2 0]",
+              "Shutter 0 1\n" + still + "MotionBegin [0 1]\nTranslate 0 0 0\nTranslate 0.5 0 0\nMotionEnd\n"));
+  ASSERT_TRUE(r.ok());
+  for (int x = 0; x < kSide; ++x) EXPECT_EQ(at(r, "a", x, 16), x >= 8 && x < 20 ? 1 : 0) << x;
+  EXPECT_NEAR(at(r, "dPcameradtime", 15, 16, 0), 0.5, 2e-3);
+}
+
 // Rigid and deforming motion say the same.
 TEST(Sources, MotionInTheWorldAndInThePicture) {
   const std::string rigid =

@@ -102,6 +102,37 @@ TEST(BadInput, NoLightsGivesAPictureAndAWarning) {
   EXPECT_TRUE(w.has("out.exr"));
 }
 
+// An empty world is no complete frame; others of the file are rendered.
+TEST(BadInput, AnEmptyWorldIsTold) {
+  Workplace w;
+  w.write("empty.rib", "Display \"empty.exr\" \"openexr\" \"rgba\"\nWorldBegin\nWorldEnd\n");
+  expectEnd(w.run({"empty.rib", "--progress", "none"}), 3, {"empty.rib:2: error RENDER-EMPTY", "empty picture"});
+  EXPECT_TRUE(w.has("empty.exr"));
+  w.write("two.rib",
+          "FrameBegin 1\nDisplay \"one.exr\" \"openexr\" \"rgba\"\nWorldBegin\nWorldEnd\nFrameEnd\nFrameBegin 2\n" +
+              rib() + "FrameEnd\n");
+  expectEnd(w.run({"two.rib", "--progress", "none"}), 3, {"RENDER-EMPTY"});
+  EXPECT_TRUE(w.has("out.exr"));
+  // a light alone is a scene
+  w.write("light.rib",
+          "Display \"light.exr\" \"openexr\" \"rgba\"\nWorldBegin\nLight \"PxrDomeLight\" \"sky\"\nWorldEnd\n");
+  expectEnd(w.run({"light.rib", "--progress", "none"}), 0, {});
+}
+
+// Messages stand where what they are about is said.
+TEST(BadInput, MessagesNameTheirLine) {
+  Workplace w;
+  SceneParts parts;
+  parts.options = "DisplayChannel \"color foo\" \"string source\" [\"nosuch\"]";
+  parts.display = "Display \"out.exr\" \"openexr\" \"rgba\"\nDisplay \"+foo.exr\" \"openexr\" \"foo\"";
+  expectEnd(w.run({w.write("scene.rib", rib(parts)), "--progress", "none"}), 0,
+            {"scene.rib:1: warning DISPLAY-SOURCE"});
+  parts.options = "";
+  parts.display = "Display \"out.exr\" \"openexr\" \"Ci,nosuch\"";
+  expectEnd(w.run({w.write("scene.rib", rib(parts)), "--progress", "none"}), 0,
+            {"scene.rib:4: warning DISPLAY-SOURCE"});
+}
+
 TEST(BadInput, ABlackPictureIsNeverSilent) {
   SceneParts parts;
   parts.camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 -9";
@@ -121,6 +152,11 @@ TEST(BadInput, ABlackPictureIsNeverSilent) {
   Workplace unknown;
   expectEnd(unknown.run({unknown.write("scene.rib", rib(parts)), "--progress", "none"}), 0,
             {"RENDER-BLACK", "the camera sees nothing, or no light reaches what it sees"});
+  // matte objects are there, and leave the picture empty
+  parts = {};
+  parts.material += "\nMatte 1";
+  Workplace matte;
+  expectEnd(matte.run({matte.write("scene.rib", rib(parts)), "--progress", "none"}), 0, {"RENDER-BLACK", "matte"});
   // lights that are not rendered are named
   parts = {};
   parts.light = "Light \"StudioLight\" \"key\"\nLightSource \"causticlight\" 1";

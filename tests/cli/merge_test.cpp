@@ -72,6 +72,41 @@ TEST(Merge, EveryFilterAndKindOfDisplay) {
   EXPECT_TRUE(areSame(w, "whole.exr", "again.exr"));
 }
 
+// Machines that each take every third sample make the whole frame together, also where light paths are stored or paths
+// learn from those before; the part of one of them is the picture of its samples.
+TEST(Merge, StridedPartsAreTheWholeFrame) {
+  for (const char* integrator :
+       {"", "Integrator \"PxrVCM\" \"i\"", "Integrator \"PxrPathTracer\" \"i\" \"int risPathGuiding\" [1]"}) {
+    SCOPED_TRACE(integrator);
+    Workplace w;
+    SceneParts parts;
+    parts.display = "Display \"f.exr\" \"openexr\" \"rgba\" \"string exrpixeltype\" [\"float\"]";
+    parts.camera = integrator + ("\n" + parts.camera);
+    parts.samples = "Hider \"raytrace\" \"int maxsamples\" [10]";
+    w.write("whole.rib", rib(parts));
+    ASSERT_EQ(w.run({"whole.rib", "-o", "whole.exr", "--progress", "none"}).exitCode, 0);
+    std::vector<std::string> merge{"merge", "-o", "merged.exr"};
+    for (int k = 0; k < 3; ++k) {
+      const std::string offset = std::to_string(k);
+      parts.samples =
+          "Hider \"raytrace\" \"int maxsamples\" [3] \"int sampleoffset\" [" + offset + "] \"int samplestride\" [3]";
+      w.write("part.rib", rib(parts));
+      const Result r = w.run({"part.rib", "--samples", "0:10", "--progress", "none"});
+      ASSERT_EQ(r.exitCode, 0) << r.err;
+      merge.push_back("f.samples-" + offset + "-10-every-3.exr");
+      ASSERT_TRUE(w.has(merge.back()));
+    }
+    const Result r = w.run(merge);
+    ASSERT_EQ(r.exitCode, 0) << r.err;
+    EXPECT_TRUE(areSame(w, "whole.exr", "merged.exr"));
+    // samples 2, 5, 8
+    ASSERT_EQ(w.run({"part.rib", "-o", "alone.exr", "--progress", "none"}).exitCode, 0);
+    ASSERT_EQ(w.run({"merge", merge.back(), "-o", "third.exr"}).exitCode, 0);
+    EXPECT_TRUE(areSame(w, "alone.exr", "third.exr"));
+    EXPECT_EQ(w.run({"diff", "whole.exr", "third.exr"}).exitCode, 1) << "the third of the samples is the whole frame";
+  }
+}
+
 // -o means the picture that it means for a whole frame: that of the first display with colour, or one of its own.
 TEST(Merge, OutputIsThatOfTheWholeFrame) {
   for (const char* display : {"Display \"z.exr\" \"openexr\" \"z\"", "Display \"n\" \"null\" \"rgba\"",

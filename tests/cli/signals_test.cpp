@@ -109,6 +109,28 @@ TEST(Signals, MaxTimeEndsAsSigtermDoes) {
   EXPECT_EQ(w.run({"scene.rib", "--max-time", "soon"}).exitCode, 2);
 }
 
+// A scene's own limit is one for each frame: those behind it are rendered.
+TEST(Signals, RenderTimeOfTheSceneEndsAFrame) {
+  Workplace w;
+  std::string text;
+  for (const char* frame : {"1", "2"}) {
+    SceneParts parts;
+    parts.options = std::string("FrameBegin ") + frame + "\nOption \"limits\" \"float rendertime\" [0.01]";
+    parts.display = std::string("Display \"out") + frame + ".exr\" \"openexr\" \"rgba\"";
+    parts.samples = "Hider \"raytrace\" \"int maxsamples\" [65536]";
+    text += rib(parts) + "FrameEnd\n";
+  }
+  w.write("scene.rib", text);
+  RunOptions options;
+  options.timeoutSeconds = 60;
+  const Result r = w.run({"scene.rib", "--progress", "none"}, options);
+  EXPECT_FALSE(r.isTimedOut);
+  EXPECT_EQ(r.exitCode, 7) << r.err;
+  EXPECT_TRUE(isReadable(w, "out1.exr"));
+  EXPECT_TRUE(isReadable(w, "out2.exr"));
+  EXPECT_NE(r.err.find("interrupted"), std::string::npos) << r.err;
+}
+
 TEST(Signals, Sigusr1WritesThePictureAndGoesOn) {
   Workplace w;
   w.write("scene.rib", rib());

@@ -44,6 +44,15 @@ class ShaderServiceCalls : public Shaders {
   }
 };
 
+// A slip in the name of a coordinate system is told once, whoever asks, and changes nothing else.
+TEST_F(ShaderServiceCalls, CoordinateSystemsThatNothingNames) {
+  SceneRender render(
+      requestFor("matrix m; result = color(getmatrix(\"wurld\", \"common\", m), "
+                 "transform(\"wurld\", point(.25, 0, 0))[0], getmatrix(\"world\", \"common\", m));"));
+  EXPECT_EQ(told(render, "SHADER-COORDSYS"), 1u);
+  EXPECT_EQ(middleOf(render), (Rgb{0, .25f, 1}));
+}
+
 TEST_F(ShaderServiceCalls, TextureOptions) {
   const auto at = [&](const std::string& arguments) {
     return asked("result = texture(\"grid.exr\", " + arguments + ", \"width\", 0, \"interp\", \"closest\");");

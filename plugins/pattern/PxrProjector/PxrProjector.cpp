@@ -35,8 +35,12 @@ constexpr Param kParams[] = {
     param::integer("projection", 0)
         .range(0, 4)
         .options("0 planar, 1 perspective, 2 spherical, 3 cylindrical, 4 cubic")
-        .help("How positions become texture coordinates. A plane shows -1 to 1 of x and y."),
-    param::string("coordsys", "").help("Coordinate system of the projector; \"\": object space."),
+        .help("How positions become texture coordinates. A plane shows -1 to 1 of x and y. A perspective projector "
+              "stands at the origin of its system and looks along -z, y up."),
+    param::string("coordsys", "")
+        .help("Coordinate system of the projector; \"\": object space. That of a RIB camera looks along +z: Scale 1 "
+              "1 -1 "
+              "before the CoordinateSystem turns it round for a perspective projector."),
     param::integer("use", 0)
         .range(0, 1)
         .options("0 position, 1 primitive variable __Pref")

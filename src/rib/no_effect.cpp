@@ -1,0 +1,68 @@
+#include "rib/no_effect.h"
+
+#include <algorithm>
+
+#include "rib/condition.h"
+
+namespace kinora::rib {
+
+namespace {
+
+// `usual`: values, parted by '|', that ask for nothing else than what is done. Names that files carry by the hundred and
+// whose values only trade time or memory are not here.
+struct Entry {
+  Where where;
+  std::string_view name, usual;
+  const char* why;
+};
+constexpr Entry kEntries[] = {
+    {Where::Hider, "adaptall", "0", "the first colour channel decides how many samples a pixel takes"},
+    {Where::Hider, "exposurebracket", "-1 1",
+     "adaptive sampling weighs noise by the level around, with \"darkfalloff\" alone"},
+    {Where::Hider, "minextrasamples", "-1|0", "decisions of adaptive sampling are taken at fixed counts of samples"},
+    {Where::Option, "checkpoint:interval", "", "--snapshot says how often the picture so far is written"},
+    {Where::Option, "checkpoint:exitat", "",
+     "--max-time, or Option \"limits\" \"int rendertime\", ends a render with the picture so far"},
+    {Where::Option, "checkpoint:command", "", "nothing is run after a picture is written"},
+    {Where::Option, "checkpoint:keepfiles", "0", "each snapshot takes the place of the one before"},
+    {Where::Option, "checkpoint:asfinal", "0", "snapshots go through the display drivers as final pictures do"},
+    {Where::Option, "lighting:minimumestimate", "1e-06",
+     "no light is skipped: lights are chosen by how much they bring, and weighed by that"},
+    {Where::Attribute, "trace:samplemotion", "1",
+     "an object in motion is blurred: Hider \"int samplemotion\" [0] shows the whole frame without blur"},
+    {Where::Display, "resolution", "", "pictures have the size that Format or --res says"},
+    {Where::Display, "origin", "0 0", "pictures begin at the corner of the frame"},
+    {Where::Display, "merge", "0", "the file is written anew: `kinora merge` adds parts of a frame"},
+};
+
+std::string valueOf(const scene::Parameter& p) {
+  if (!p.strings.empty()) return p.strings[0];
+  std::string text;
+  for (size_t i = 0; i < p.size() && i < 16; ++i)
+    text += (i ? " " : "") + (p.ints.empty() ? plainText(p.floats[i]) : plainText(p.ints[i]));
+  return text;
+}
+
+}  // namespace
+
+const char* whyNoEffect(Where where, std::string_view name, const scene::Parameter& p) {
+  for (const Entry& e : kEntries) {
+    if (e.where != where || e.name != name) continue;
+    const std::string value = valueOf(p);
+    for (std::string_view rest = e.usual;;) {
+      const size_t end = std::min(rest.find('|'), rest.size());
+      if (value == rest.substr(0, end)) return nullptr;
+      if (end == rest.size()) return e.why;
+      rest.remove_prefix(end + 1);
+    }
+  }
+  return nullptr;
+}
+
+const char* otherHider(std::string_view name) {
+  if (name == "bake") return "no textures are baked: a picture of the camera's is rendered";
+  if (name == "photon") return "no photon map is made: a picture of the camera's is rendered";
+  return nullptr;
+}
+
+}  // namespace kinora::rib
