@@ -2,6 +2,7 @@
 // alone: light_learning_test.cpp must notice.
 #define KINORA_STOCK_PLUGIN
 #define KINORA_KERNEL_FILE "tests/probes/wrong_lights.cpp"
+#include <kinora/guiding_teacher.h>
 #include <kinora/integrator_author.h>
 #include <kinora/path_loop.h>
 

@@ -1,5 +1,6 @@
 // PxrPathTracer: forward paths (kinora/path_loop.h) with the stock parameters.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrPathTracer/PxrPathTracer.cpp"
+#include <kinora/guiding_teacher.h>
 #include <kinora/integrator_author.h>
 #include <kinora/path_loop.h>
 

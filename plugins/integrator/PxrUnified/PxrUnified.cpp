@@ -1,6 +1,7 @@
 // PxrUnified: forward paths (kinora/path_loop.h) or paths from both ends (plugins/integrator/parts/vcm_kernel.h), as
 // its parameters say. Its names are those of scenes written for it.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrUnified/PxrUnified.cpp"
+#include <kinora/guiding_teacher.h>
 #include <kinora/integrator_author.h>
 #include <kinora/path_loop.h>
 
