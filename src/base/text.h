@@ -12,6 +12,11 @@ inline std::string lowerCase(std::string s) {
   return s;
 }
 
+inline std::string upperCase(std::string s) {
+  for (char& c : s) c = char(std::toupper(static_cast<unsigned char>(c)));
+  return s;
+}
+
 // Equal but for case.
 inline bool sameName(std::string_view a, std::string_view b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {

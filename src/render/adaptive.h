@@ -1,6 +1,6 @@
 // Adaptive sampling: where a frame still needs samples, decided at fixed counts of samples from the samples alone, so
 // that threads, groups, crops and snapshots change no pixel. Frame asks ActivePixels which pixels a pass traces and
-// hands retired samples to NoiseEstimate; Renderer asks between passes which blocks are done.
+// hands retired samples to NoiseEstimate; Renderer asks between passes which pixels are done.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -27,6 +27,12 @@ class ActivePixels {
   // Pixels of a block, row by row from the lowest bit.
   using Mask = uint16_t;
   static constexpr Mask kAll = 0xffff;
+  // f(x, y) of those of a block by its first raster pixel.
+  template <class F>
+  static void forEach(Mask pixels, int x0, int y0, F&& f) {
+    for (int k = 0; k < kPixels; ++k)
+      if (pixels >> k & 1) f(x0 + k % kSide, y0 + k / kSide);
+  }
   ActivePixels() = default;
   explicit ActivePixels(const image::Window& window);  // all are active
   // Of a block by its first raster pixel; blocks beside the window have none.

@@ -210,7 +210,7 @@ std::optional<CameraState> makeCamera(const scene::Scene& scene, const Settings&
   if (!setProjection(scene, camera, registry, host, width, diagnostics, c)) return {};
   setPixelSize(c);
   if (const auto* traits = static_cast<const ProjectionTraits*>(c.projection.plugin()->traits);
-      traits && traits->sweep && !(scene.hider && scene.hider->params.getInt("samplemotion", 1) == 0)) {
+      traits && traits->sweep && samplesMotion(scene.hider)) {
     ShutterSweep sweep;
     traits->sweep(c.projection.data(), &sweep);
     c.rolling = RollingShutter(sweep, c.resolution, c.times);

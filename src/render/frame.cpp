@@ -41,9 +41,9 @@ class Frame::RayLoop final : public Hider {
       for (int x0 = b.x0; x0 < b.x1; x0 += kBlock) {
         // a block that touches the window is traced whole: its packet must not depend on the crop
         if (x0 + kBlock <= win[0] || x0 >= win[2] || y0 + kBlock <= win[1] || y0 >= win[3]) continue;
-        const uint32_t on = b.active ? b.active->activeIn(x0, y0) : ActivePixels::kAll;
-        for (int k = 0; k < int(kPathsOfBlock); ++k)
-          if (on >> k & 1) pixels.push_back({x0 + k % kBlock, y0 + k / kBlock});
+        ActivePixels::forEach(b.active ? b.active->activeIn(x0, y0) : ActivePixels::kAll, x0, y0, [&](int x, int y) {
+          pixels.push_back({x, y});
+        });
       }
     const uint64_t paths = uint64_t(b.lastSample - b.firstSample) * pixels.size();
     uint32_t n = 0;
@@ -382,8 +382,8 @@ bool Frame::teach(const Lesson& lesson) {
           const ActivePixels::Mask done = lesson.done ? lesson.done->activeIn(x0, y0) : ActivePixels::Mask(0);
           if (done == ActivePixels::kAll) continue;
           if (!groups.next()) continue;
-          for (int k = 0; k < int(kPathsOfBlock); ++k)
-            if (!(done >> k & 1)) addPath(s, x0 + k % kBlock, y0 + k / kBlock, sample, n);
+          ActivePixels::forEach(ActivePixels::Mask(~done), x0, y0,
+                                [&](int x, int y) { addPath(s, x, y, sample, n); });
           if (groups.isFull()) {
             run();
             w.begin(in_.groupSize, StageKind::CameraPaths);

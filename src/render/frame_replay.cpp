@@ -61,14 +61,10 @@ Frame::Replayed Frame::replayOnce(int x, int y, int sample, const std::function<
   w.begin(16, StageKind::CameraPaths);
   shade::GroupState& s = w.state();
   const int x0 = x / kBlock * kBlock, y0 = y / kBlock * kBlock;
-  for (int k = 0; k < 16; ++k) {
-    s.pixelX()[k] = x0 + k % kBlock;
-    s.pixelY()[k] = y0 + k / kBlock;
-    s.group().paths.sampleIndex[k] = uint32_t(sample);
-    s.group().paths.sampleSeed[k] = pixelSeed(s.pixelX()[k], s.pixelY()[k], in_.seed);
-  }
-  s.group().count = s.group().padded = 16;
-  cameraRays(w, 16);
+  uint32_t n = 0;
+  ActivePixels::forEach(ActivePixels::kAll, x0, y0, [&](int u, int v) { addPath(s, u, v, sample, n); });
+  s.group().count = s.group().padded = n;
+  cameraRays(w, n);
   w.printSlot = uint32_t((y - y0) * kBlock + (x - x0));
   w.print = print;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());

@@ -24,8 +24,10 @@ double rise(const double p[4], double x) {
 
 }  // namespace
 
+bool samplesMotion(const scene::NodePtr& hider) { return !hider || hider->params.getInt("samplemotion", 1) != 0; }
+
 std::vector<float> shutterTimes(const scene::Camera& camera, const scene::NodePtr& hider, Diagnostics& diagnostics) {
-  if (hider && hider->params.getInt("samplemotion", 1) == 0) return {0, 0};
+  if (!samplesMotion(hider)) return {0, 0};
   double open = camera.params.getFloat("shutterOpenTime", 0), close = camera.params.getFloat("shutterCloseTime", 1);
   std::vector<float> given = camera.params.getFloats("shutteropening");
   if (given.empty() && hider) given = hider->params.getFloats("shutteropening");

@@ -13,6 +13,9 @@ namespace kinora::render {
 // samplemotion 0 all times are that of the opening.
 std::vector<float> shutterTimes(const scene::Camera& camera, const scene::NodePtr& hider, Diagnostics& diagnostics);
 
+// Whether rays have times of their own.
+bool samplesMotion(const scene::NodePtr& hider);
+
 inline float shutterTime(const std::vector<float>& times, float u) {
   const float x = u * float(times.size() - 1);
   const size_t k = x >= float(times.size() - 1) ? times.size() - 2 : size_t(x);

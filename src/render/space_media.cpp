@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "render/medium_bounds.h"
@@ -197,6 +198,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::vector<std::shared_ptr<geometry::Mesh>> boundaryOf;  // by medium
   std::vector<uint32_t> placementOf;
   std::vector<float> filterWidths;
+  std::set<const geometry::Mesh*> looked;  // whether they are open
   Aggregates aggregates(tools.aggregates, interiorsOf(*world.materials));
   for (const uint32_t k : filled) {
     const uint32_t kind = flat->placements[k].kind, shape = flat->kinds[kind].shape;
@@ -215,7 +217,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
                           "it is left out", "a medium in a closed mesh of the solid's shape");
       continue;
     }
-    if (!isClosed(mesh))
+    if (looked.insert(&mesh).second && !isClosed(mesh))
       diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' is open: its surface encloses no space",
                           "where a ray meets it once, the medium begins or ends there",
                           "a mesh without holes, of one primitive");

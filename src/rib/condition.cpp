@@ -302,6 +302,14 @@ std::string plainText(float v) {
 
 std::string plainText(int v) { return std::to_string(v); }
 
+std::string plainText(const scene::Parameter& p) {
+  if (!p.strings.empty()) return p.strings[0];
+  std::string s;
+  for (size_t i = 0; i < p.size() && i < 16; ++i)
+    s += (i ? " " : "") + (p.ints.empty() ? plainText(p.floats[i]) : plainText(p.ints[i]));
+  return s;
+}
+
 bool evaluateCondition(std::string_view expression, const Lookup& lookup, std::string& problem) {
   return Parser(expression, lookup).run(problem);
 }

@@ -6,12 +6,16 @@
 #include <string>
 #include <string_view>
 
+#include "scene/parameters.h"
+
 namespace kinora::rib {
 
 // Numbers as names of files and conditions want them: the shortest text that reads back as the same number, without
 // an exponent where it is of a usual size ("100000", not "1e+05").
 std::string plainText(float v);
 std::string plainText(int v);
+// Of a parameter: its first string, or its numbers with blanks between them, the first sixteen.
+std::string plainText(const scene::Parameter& p);
 
 // The value of "user:pass", "Frame", ... as text; empty when nobody defined it.
 using Lookup = std::function<std::optional<std::string>(std::string_view name)>;

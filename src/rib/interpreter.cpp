@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/text.h"
 #include "rib/archive_search.h"
 #include "rib/condition.h"
 
@@ -341,27 +342,20 @@ void Interpreter::mapDirectories(Request& r) {
 // "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust:
 // attribute, option.
 std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
-  const auto text = [](const scene::Parameter& p) -> std::string {
-    if (!p.strings.empty()) return p.strings[0];
-    std::string s;
-    for (size_t i = 0; i < p.size() && i < 16; ++i)
-      s += (i ? " " : "") + (p.ints.empty() ? plainText(p.floats[i]) : plainText(p.ints[i]));
-    return s;
-  };
   const bool optionOnly = name.starts_with("Option:"), attributeOnly = name.starts_with("Attribute:");
   if (optionOnly) name.remove_prefix(7);
   if (attributeOnly) name.remove_prefix(10);
   const std::string asUser = "user:" + std::string(name);
   for (const std::string_view n : {name, std::string_view(asUser)}) {
     if (!optionOnly) {
-      if (const auto* p = std::as_const(*state_.attributes).named.find(n)) return text(*p);
+      if (const auto* p = std::as_const(*state_.attributes).named.find(n)) return plainText(*p);
       // objects begin without attributes, but may ask for those around them
       for (size_t i = blocks_.size(); i-- > 0;)
         if (blocks_[i].kind == BlockKind::Object)
-          if (const auto* p = std::as_const(*blocks_[i].state->attributes).named.find(n)) return text(*p);
+          if (const auto* p = std::as_const(*blocks_[i].state->attributes).named.find(n)) return plainText(*p);
     }
     if (!attributeOnly)
-      if (const auto* p = (world_ ? *world_ : frame_.options).options.find(n)) return text(*p);
+      if (const auto* p = (world_ ? *world_ : frame_.options).options.find(n)) return plainText(*p);
   }
   if ((name == "Frame" || name == "Ri:Frame") && frame_.options.hasFrame) return std::to_string(frame_.options.frame);
   if (name.find(':') == std::string_view::npos && !optionOnly && !attributeOnly)
@@ -404,9 +398,7 @@ void Interpreter::reportKept(const Request& r) {
       r.args[0].isString())
     who += " '" + r.args[0].strings[0].substr(0, 60) + "'";
   if (!keptNames_.insert(who).second) return;
-  std::string code = "RIB-KEPT-" + r.name;
-  for (char& c : code) c = char(std::toupper(static_cast<unsigned char>(c)));
-  report(Severity::Warning, std::move(code), r.pos, who + " is not rendered yet",
+  report(Severity::Warning, "RIB-KEPT-" + upperCase(r.name), r.pos, who + " is not rendered yet",
          "it is kept in the scene description without effect");
 }
 

@@ -35,20 +35,12 @@ constexpr Entry kEntries[] = {
     {Where::Display, "merge", "0", "the file is written anew: `kinora merge` adds parts of a frame"},
 };
 
-std::string valueOf(const scene::Parameter& p) {
-  if (!p.strings.empty()) return p.strings[0];
-  std::string text;
-  for (size_t i = 0; i < p.size() && i < 16; ++i)
-    text += (i ? " " : "") + (p.ints.empty() ? plainText(p.floats[i]) : plainText(p.ints[i]));
-  return text;
-}
-
 }  // namespace
 
 const char* whyNoEffect(Where where, std::string_view name, const scene::Parameter& p) {
   for (const Entry& e : kEntries) {
     if (e.where != where || e.name != name) continue;
-    const std::string value = valueOf(p);
+    const std::string value = plainText(p);
     for (std::string_view rest = e.usual;;) {
       const size_t end = std::min(rest.find('|'), rest.size());
       if (value == rest.substr(0, end)) return nullptr;

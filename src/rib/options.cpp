@@ -148,9 +148,8 @@ void Interpreter::tellOfNoEffect(Where where, const std::string& name, const Par
   const char* why = whyNoEffect(where, name, p);
   const std::string what = std::string(kKinds[size_t(where)]) + " \"" + name + "\"";
   if (!why || !keptNames_.insert(what).second) return;
-  std::string code = "RIB-NO-EFFECT-" + name.substr(name.find(':') + 1);
-  for (char& c : code) c = char(std::toupper(static_cast<unsigned char>(c)));
-  report(Severity::Warning, std::move(code), pos, what + " has no effect", why);
+  report(Severity::Warning, "RIB-NO-EFFECT-" + upperCase(name.substr(name.find(':') + 1)), pos,
+         what + " has no effect", why);
 }
 
 void Interpreter::option(Request& r) {
