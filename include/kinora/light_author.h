@@ -106,6 +106,8 @@ class LightOf {
       isOne_ = isOne_ && of_[k] == of_[0];
     }
   }
+  // Of one light: for a light that works in part by lights that mix.
+  KN_INLINE explicit LightOf(const Data& light) : isOne_(true) { of_[0] = &light; }
   KN_INLINE bool isOne() const { return isOne_; }
   KN_INLINE const Data& lane(int k) const { return *of_[k]; }
   KN_INLINE Float<W> operator()(float Data::*member) const {

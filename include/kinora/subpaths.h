@@ -318,22 +318,23 @@ class Subpaths {
         s.put(on, k == 0 ? w.x : k == 1 ? w.y : w.z, r.d[k]);
         s.put(on, k == 0 ? t.x : k == 1 ? t.y : t.z, throughput[k]);
       }
+      const Mask<W> discrete = (flags & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
       if (againstLights_) {
-        const Mask<W> isSampled = (flags & Int<W>(uint32_t(kSampleDiscrete))) == Int<W>(0);
         const F infinite(HUGE_VALF);
-        s.put(on, lightParts ? select(isSampled, pdf * F(1.f / float(lightParts)), infinite) : infinite,
+        s.put(on, lightParts ? select(discrete, infinite, pdf * F(1.f / float(lightParts))) : infinite,
               againstLights_);
       }
       s.put(on, F(1e30f), r.tMax);
       s.put(on, F::load(c.radius + i), r.radius);
-      s.put(on, F::load(c.spread + i), r.spread);
+      // Vertices of light paths are seen by the camera without anything in between: they stay sharp.
+      const F spread = F::load(c.spread + i);
+      const Mask<W> keeps = discrete | Mask<W>((traits_ & kTraitLightPath) != 0);
+      s.put(on, select(keeps, spread, spreadAfter(spread, pdf)), r.spread);
       const uint32_t* next = traits_ & kTraitLightPath ? sv_->paths.nextTail : sv_->paths.next;
       s.put(on, gather(next, s.get(state) * Int<W>(sv_->paths.eventCount) + what), state);
       const auto bit = [&](Mask<W> m, uint32_t b) { return select(m, Int<W>(b), Int<W>(0)); };
       const Mask<W> transmits = (flags & Int<W>(uint32_t(kSampleTransmit))) != Int<W>(0);
-      s.put(on,
-            bit((flags & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0), kFromDiscrete) |
-                bit(isSpecular, kFromSpecular) | bit(transmits, kFromTransmission),
+      s.put(on, bit(discrete, kFromDiscrete) | bit(isSpecular, kFromSpecular) | bit(transmits, kFromTransmission),
             g_->paths.origin);
       const Packer<W> pack(on);
       pack.put(s.s, live + count);

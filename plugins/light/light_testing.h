@@ -111,6 +111,7 @@ class TestLight {
   TestLight(const TestLight&) = delete;
 
   bool made() const { return data_ != nullptr; }
+  const void* data() const { return data_; }
   const LightTraits& traits() const { return *static_cast<const LightTraits*>(d_->traits); }
   double closedForm(Vec P, Vec N) const { return traits().irradiance(data_, P.data(), N.data()); }
   const LightFunctions& functions() const { return *static_cast<const LightFunctions*>(functionsFor(*d_, width)); }

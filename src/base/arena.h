@@ -7,20 +7,37 @@
 #include <cstring>
 #include <new>
 #include <vector>
+#ifdef KINORA_SANITIZED
+#include <sanitizer/asan_interface.h>
+#endif
 
 namespace kinora {
+
+// Builds with sanitizers know which bytes of an arena are given out: what was released, and what lies between two
+// allocations, is as if it were freed.
+#ifdef KINORA_SANITIZED
+inline void giveOut(const void* p, size_t bytes) { __asan_unpoison_memory_region(p, bytes); }
+inline void takeBack(const void* p, size_t bytes) { __asan_poison_memory_region(p, bytes); }
+#else
+inline void giveOut(const void*, size_t) {}
+inline void takeBack(const void*, size_t) {}
+#endif
 
 class Arena {
  public:
   static constexpr size_t kAlign = 64, kBlock = size_t(1) << 20;
   ~Arena() {
-    for (const Block& b : blocks_) std::free(b.memory);
+    for (const Block& b : blocks_) {
+      giveOut(b.memory, b.size);
+      std::free(b.memory);
+    }
   }
   Arena() = default;
   Arena(const Arena&) = delete;
   Arena& operator=(const Arena&) = delete;
 
   void* allocate(size_t bytes) {
+    const size_t whole = (bytes + kAlign - 1) / kAlign * kAlign;  // vectors are read and written whole
     // an odd number of lines: arrays of 2^k floats side by side would all start in the same set of the cache
     bytes = (((bytes + kAlign - 1) / kAlign) | 1) * kAlign;
     while (current_ < blocks_.size() && used_ + bytes > blocks_[current_].size) {
@@ -30,6 +47,7 @@ class Arena {
     if (current_ == blocks_.size()) grow(bytes);
     void* p = blocks_[current_].memory + used_;
     used_ += bytes;
+    giveOut(p, whole);
     return p;
   }
   template <class T>
@@ -54,6 +72,8 @@ class Arena {
     const uint64_t made = marks_.empty() || !(marks_.back().at == m) ? 0 : marks_.back().made;
     for (; !kept_.empty() && !(kept_.back().at < m); kept_.pop_back())
       if (const Kept& k = kept_.back(); k.born < made) std::memcpy(k.object, k.bytes, k.size);
+    for (size_t b = m.block; b < blocks_.size() && b <= current_; ++b)
+      takeBack(blocks_[b].memory + (b == m.block ? m.used : 0), blocks_[b].size - (b == m.block ? m.used : 0));
     current_ = m.block;
     used_ = m.used;
   }
@@ -63,6 +83,7 @@ class Arena {
     if (!marks_.empty() && marks_.back().at == m && --marks_.back().holders == 0) marks_.pop_back();
   }
   void reset() {
+    for (const Block& b : blocks_) takeBack(b.memory, b.size);
     current_ = 0;
     used_ = 0;
     marks_.clear();
@@ -96,6 +117,7 @@ class Arena {
     void* m = std::aligned_alloc(kAlign, size);
     if (!m) throw std::bad_alloc();
     blocks_.push_back({static_cast<char*>(m), size});
+    takeBack(m, size);
     used_ = 0;
   }
   struct Held {

@@ -227,7 +227,7 @@ void boundByShading(shade::SpaceMedium& m, uint32_t index, const shade::ShadingW
 }
 
 void setLevels(shade::SpaceMedium& m, float filterWidth, float scale) {
-  if (!m.isProduct || m.mayEmit || !(filterWidth > 0)) return;
+  if (!m.isProduct || !(filterWidth > 0)) return;
   uint32_t levels = 1;
   float side = 0;  // of a voxel
   for (const volume::MediumField* f : {m.number, m.color})

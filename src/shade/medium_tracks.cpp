@@ -292,14 +292,15 @@ MediumLookups::MediumLookups(Arena& arena, uint32_t room, bool wantsEmission) : 
 void MediumLookups::add(const SpaceMedia& space, const Track& t, const Around& a) {
   const SpaceMedium& m = space.media[a.medium];
   const uint32_t at = count_++;
-  if (m.isProduct && !(emits_ && m.mayEmit)) {
+  // What emits is asked by its network, which knows no levels of the extinction.
+  const bool emits = emits_ && m.mayEmit, isLookedUp = m.isProduct && (!emits || !m.levels.empty());
+  if (isLookedUp) {
     const uint32_t i = productCount_++;
     for (int k = 0; k < 3; ++k) place_[k][i] = a.o[k] + a.d[k] * t.t;
     time_[i] = t.time;
     products_[i] = {at, a.medium, m.levelAt(t.t, t.radius, t.spread), a.scale};
-  } else {
-    ask_[asked_++] = {at, t.entry, a.medium, t.t, a.scale};
   }
+  if (emits || !isLookedUp) ask_[asked_++] = {at, t.entry, a.medium, t.t, a.scale, isLookedUp};
 }
 
 // Those of each medium and level together.
@@ -365,7 +366,7 @@ void MediumLookups::run(GroupState& g, const Rays& rays, uint32_t depth) {
     setMediumHit(list.hits, i, space.media[a.medium], a.t);
   }
   askMedia(g, list, asked_, depth, emits_, [&](uint32_t entry, int k, float lost, float emitted) {
-    extinction[k][ask_[entry].at] = ask_[entry].scale * lost;
+    if (!ask_[entry].isLookedUp) extinction[k][ask_[entry].at] = ask_[entry].scale * lost;
     if (emits_) emission[k][ask_[entry].at] = emitted;
   });
 }

@@ -103,7 +103,7 @@ struct TrackAhead {
 };
 
 // What media are at places along rays, all places that are asked for at once: those whose extinction is a product are
-// looked up, for the others their networks run.
+// looked up, for the others, and for what emits, their networks run.
 class MediumLookups {
  public:
   MediumLookups(Arena& arena, uint32_t room, bool wantsEmission);
@@ -117,6 +117,7 @@ class MediumLookups {
   struct Ask {
     uint32_t at, entry, medium;
     float t, scale;
+    bool isLookedUp;  // its extinction; what emits is asked all the same
   };
   struct Product {
     uint32_t at, medium, level;

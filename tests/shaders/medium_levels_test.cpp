@@ -83,12 +83,17 @@ const std::string kFinest = R"({\"filterWidth\": 0})", kByFootprint = R"({\"filt
 const std::string kPaths =
     "Integrator \"PxrPathTracer\" \"i\" \"int maxIndirectBounces\" [6] \"float clampLuminance\" [1e30]\n";
 
+const std::string kEmits = "\"color emitColor\" [.3 .2 .1] \"int multiScatter\" [1]",
+                  kMoves = "\"vector velocity\" [.08 .05 0]";
+
 TEST_F(MediumLevels, HaveTheMeansOfTheFinest) {
   const std::string vcm = "Integrator \"PxrVCM\" \"i\" \"int maxPathLength\" [6] \"float clampLuminance\" [1e30]\n",
                     unified = "Integrator \"PxrUnified\" \"i\" \"int maxIndirectBounces\" [6]\n";
   for (const auto& [name, integrator] :
        std::vector<std::pair<std::string, std::string>>{{"paths", kPaths}, {"vcm", vcm}, {"unified", unified}})
-    for (const char* medium : {"\"color diffuseColor\" [0 0 0]", "", "\"int multiScatter\" [1]"}) {
+    for (const std::string medium :
+         {"\"color diffuseColor\" [0 0 0]", "", "\"int multiScatter\" [1]", kEmits, kMoves}) {
+      if (name != "paths" && (medium == kEmits || medium == kMoves)) continue;
       SCOPED_TRACE(name + " " + medium);
       const auto mean = [&](const std::string& more) { return overSeeds(request(integrator, medium, more, 64), 6); };
       const testing::Moments fine = mean(kFinest), coarse = mean(kByFootprint);
@@ -102,8 +107,8 @@ TEST_F(MediumLevels, HaveTheMeansOfTheFinest) {
 }
 
 TEST_F(MediumLevels, AreSeenByFootprintAndUnlessSaidOtherwise) {
-  const auto hash = [&](const std::string& more) {
-    SceneRender render(request(kPaths, "", more, 4));
+  const auto hash = [&](const std::string& more, const std::string& medium = "") {
+    SceneRender render(request(kPaths, medium, more, 4));
     for (const std::string& m : render.messages()) ADD_FAILURE() << m;
     return render.ok() ? hashOf(render.film()) : 0;
   };
@@ -114,12 +119,13 @@ TEST_F(MediumLevels, AreSeenByFootprintAndUnlessSaidOtherwise) {
   EXPECT_EQ(hash(R"({\"filterWidth\": 0.0, \"densityMult\": 1.0, \"densityRolloff\": 0.0})"), fine)
       << "as exporters write it";
   EXPECT_EQ(hash(R"({\"filterWidth\": 0.001})"), fine) << "footprints narrower than a voxel";
+  for (const std::string& medium : {kEmits, kMoves})
+    EXPECT_NE(hash(kFinest, medium), hash(kByFootprint, medium)) << medium;
 }
 
 TEST_F(MediumLevels, GiveTheSameBitsHoweverTheyAreRendered) {
-  const std::string medium = "\"int multiScatter\" [1]";
   const auto state = [&](int threads, uint32_t width, uint32_t groupSize) {
-    RenderRequest r = request(kPaths, medium, kByFootprint, 4);
+    RenderRequest r = request(kPaths, kEmits, kByFootprint, 4);
     r.settings.threads = threads;
     r.settings.width = width;
     r.settings.groupSize = groupSize;

@@ -1,6 +1,7 @@
 // Proves: a portal of an even dome is a rectangle of the dome's radiance (closed form); with a map, and the dome turned
 // any way, its irradiance is the integral of the map over the rectangle in double precision, whether sampled or looked
-// at; densities and widths agree; a matrix that is none is told. Misses: which dome a scene's portal shows
+// at; samples have the density of what is seen, from near, far and aslant, and light paths that of what passes; densities
+// and widths agree; a matrix that is none is told. Misses: which dome a scene's portal shows
 // (tests/truth/portals_test.cpp).
 #include "plugins/light/dome_testing.h"
 
@@ -70,12 +71,101 @@ TEST(PxrPortalLight, ShowsTheDomeThroughTheRectangle) {
     }
 }
 
+// Standard deviation over mean of what samples bring, by solid angle: 0 where their density is that of the radiance.
+double noiseOf(const TestLight& light, Vec P) {
+  Rays r(64 * 64);
+  fillGrid(r.a[3], r.a[4], 64, 1);
+  for (int c = 0; c < 3; ++c) std::fill(r.a[c].begin(), r.a[c].end(), float(P[size_t(c)]));
+  light.sample(r);
+  double sum = 0, squares = 0;
+  for (uint32_t i = 0; i < r.n; ++i) {
+    EXPECT_GT(r.a[12][i], 0);
+    const double x = mean3(r, 9, i) / r.a[12][i];
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / r.n;
+  return std::sqrt(squares / r.n - mean * mean) / mean;
+}
+
+TEST(PxrPortalLight, SamplesWhatIsSeen) {
+  // a sun of 6 x 8 texels of a fine map, and of 2 x 2 of a coarse one
+  const Picture even(64, 32, smooth),
+      fine(2048, 1024,
+           [](double u, double v, int) {
+             return std::fabs(u - 0.3) < 0.0016 && std::fabs(v - 0.2) < 0.004 ? 20000.f : 0.05f;
+           }),
+      coarse(128, 64, [](double u, double v, int) {
+        return std::fabs(u - 0.3) < 0.008 && std::fabs(v - 0.2) < 0.016 ? 1000.f : 0.05f;
+      });
+  // towards the sun: at u .3 of the dome's local xy plane, a fifth of pi from its pole
+  const double phi = -0.3 * 2 * kPi, theta = 0.2 * kPi;
+  const Vec toSun{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+  for (const auto& [picture, most] : {std::pair(&even, 0.15), std::pair(&fine, 1.0), std::pair(&coarse, 1.0)})
+    for (const Vec& z : {toSun * -1.0, unit(Vec{0.2, 0.1, -1})}) {
+      const std::vector<float> turn = toDome(z, {1, 1, 1}, 1);
+      const Matrix m = turned(2, 0.7, 1, {1, 2, 3});
+      const auto row = [&](size_t i) { return Vec{m[4 * i], m[4 * i + 1], m[4 * i + 2]}; };
+      TestLight light(kName, {kMapped, Setting{"portalToDome", turn, ""}}, m, &picture->image);
+      Vec local;  // the sun's direction, in the portal's axes
+      for (size_t i = 0; i < 3; ++i) local[i] = dot(toSun, {turn[4 * i], turn[4 * i + 1], turn[4 * i + 2]});
+      ASSERT_LT(local[2], -0.3);
+      const Vec towards = unit(row(0)) * local[0] + unit(row(1)) * local[1] + unit(row(2)) * local[2];
+      // points that see the sun through the middle and off it, near and far, and one that does not
+      for (const double far : {0.05, 0.5, 1.5, 3.0})
+        for (const double off : {0.0, 0.3})
+          EXPECT_LT(noiseOf(light, Vec{1, 2, 3} - towards * far + row(0) * off), most) << far << ' ' << off;
+      EXPECT_LT(noiseOf(light, Vec{1, 2, 3} - towards * 0.3 + row(0) * 1.2), most);
+      EXPECT_NEAR(emittedPower(light), light.description.power, 0.03 * light.description.power);
+    }
+}
+
 TEST(PxrPortalLight, DensitiesAndWidthsAgree) {
-  const Picture picture(64, 32, patches);
-  TestLight light(kName, {kMapped}, turned(2, 0.3, 1, {1, 2, 3}), &picture.image);
-  expectDensitiesAgree(light, pointsAround(light, 20, 0.2, 8));
-  expectWidthsAgree(light, pointsAround(light, 20, 0.2, 8));
-  expectNoNaN(light);
+  for (const auto picture : {smooth, sun, patches}) {
+    const Picture dome(64, 32, picture);
+    TestLight light(kName, {kMapped}, turned(2, 0.3, 1, {1, 2, 3}), &dome.image);
+    expectDensitiesAgree(light, pointsAround(light, 20, 0.2, 8));
+    expectWidthsAgree(light, pointsAround(light, 20, 0.2, 8));
+    expectNoNaN(light);
+  }
+}
+
+TEST(PxrPortalLight, RaysThatComeBackHaveTheDensitiesOfLightPaths) {
+  for (const auto picture : {smooth, sun, patches}) {
+    const Picture dome(64, 32, picture);
+    const TestLight light(kName, {kMapped}, turned(2, 0.3, 1, {1, 2, 3}), &dome.image);
+    Rays r(1024), back(1024);
+    fillGrid(r.a[0], r.a[1], 32, 4);
+    fillGrid(r.a[2], r.a[3], 32, 5);
+    light.emit(r);
+    for (uint32_t i = 0; i < r.n; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        back.a[c][i] = r.a[4 + c][i] + r.a[7 + c][i];
+        back.a[3 + c][i] = -r.a[7 + c][i];
+        back.a[6][i] = 1;
+      }
+    LightDensityArgs a{};
+    const void* one = light.data();
+    a.light = &one;
+    a.count = r.n;
+    for (size_t c = 0; c < 3; ++c) {
+      a.o[c] = back.a[c].data();
+      a.d[c] = back.a[3 + c].data();
+      a.N[c] = back.a[7 + c].data();
+    }
+    a.t = back.a[6].data();
+    a.time = back.a[23].data();
+    a.worldRadius = 1;
+    a.pdfPosition = back.a[10].data();
+    a.pdfDirection = back.a[11].data();
+    light.functions().densities(&a);
+    uint32_t off = 0;
+    for (uint32_t i = 0; i < r.n; ++i) {
+      EXPECT_GT(r.a[17][i], 0);
+      off += !(std::fabs(back.a[11][i] - r.a[17][i]) <= 1e-3 * r.a[17][i]) || back.a[10][i] != r.a[16][i];
+    }
+    EXPECT_LE(off, 2u) << "directions between two cells may be either's";
+  }
 }
 
 TEST(PxrPortalLight, WhatIsNoMatrixIsTold) {
