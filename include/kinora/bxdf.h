@@ -167,7 +167,7 @@ struct BxdfFunctions {
   void* (*begin)(const Context*);  // evaluates parameters; never null
   void (*generate)(const Context*, const void* closure, const GenerateArgs*);
   void (*evaluate)(const Context*, const void* closure, const EvaluateArgs*);
-  // Many directions (padded count n) at one point of the context.
+  // n directions at one point of the context; arrays have padded(n) elements.
   void (*evaluateAt)(const Context*, const void* closure, uint32_t point, uint32_t n, const EvaluateArgs*);
   void (*emission)(const Context*, const void* closure, float* const rgb[3]);  // null: none
   void (*albedo)(const Context*, const void* closure, float* const rgb[3]);    // for the albedo channel; null: black

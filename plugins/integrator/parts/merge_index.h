@@ -33,7 +33,7 @@ struct MergeIndex {
     float P[3];
     uint32_t tag;  // Cell::tag
   };
-  const Place* places = nullptr;
+  const Place* places = nullptr;  // and kTogether more, so that they can be read together
   const Photon* photons = nullptr;
   const uint32_t* records = nullptr;  // indices of the stored vertices
 
@@ -43,14 +43,19 @@ struct MergeIndex {
   // other, so that what a point is merged with lies close together in memory.
   struct Cell {
     uint32_t tag, bucket;
-    static Cell of(int level, int64_t x, int64_t y, int64_t z) {
-      uint64_t h = uint64_t(x >> 2) * 0x9E3779B97F4A7C15ull ^ uint64_t(y >> 2) * 0xC2B2AE3D27D4EB4Full ^
-                   uint64_t(z >> 2) * 0x165667B19E3779F9ull ^ uint64_t(int64_t(level)) * 0xD6E8FEB86659FD93ull;
-      h ^= h >> 32;
-      h *= 0xD6E8FEB86659FD93ull;
-      h ^= h >> 29;
-      const uint32_t inBlock = uint32_t(z & 3) << 4 | uint32_t(y & 3) << 2 | uint32_t(x & 3);
-      return {uint32_t(h) << 6 | inBlock, uint32_t(h >> 32) << 6 | inBlock};
+    static Cell of(int level, int64_t x, int64_t y, int64_t z) { return of(Slab(level, z), y, x); }
+    // What cells of one z have in common.
+    struct Slab {
+      uint32_t h, inBlock;
+      Slab(int level, int64_t z)
+          : h(uint32_t(z >> 2) * 0x165667B1u ^ uint32_t(level) * 0xD6E8FEB9u), inBlock(uint32_t(z & 3) << 4) {}
+    };
+    static Cell of(const Slab& slab, int64_t y, int64_t x) {
+      uint32_t h = slab.h ^ uint32_t(x >> 2) * 0x9E3779B1u ^ uint32_t(y >> 2) * 0xC2B2AE3Du;
+      h = (h ^ h >> 16) * 0x7FEB352Du;
+      h = (h ^ h >> 15) * 0x846CA68Bu;
+      const uint32_t inBlock = slab.inBlock | uint32_t(y & 3) << 2 | uint32_t(x & 3);
+      return {h << 6 | inBlock, (h ^ h >> 16) << 6 | inBlock};
     }
   };
   static int64_t cellOf(float x, int level) {
@@ -62,31 +67,7 @@ struct MergeIndex {
   struct Query {
     float P[3], radius;
   };
-  // Calls visit(query, n, entries) for the vertices within the radii of the queries, in their order, for each once or more
-  // often. The order depends on the records alone. spread: the most by which radii of vertices that near differ from the
-  // query's, as a share of it.
-  template <class Visit>
-  void near(uint32_t count, const Query* queries, float spread, const Visit& visit) const {
-    Rows<Visit> rows(*this, queries, visit);
-    for (uint32_t q = 0; q < count; ++q) {
-      const auto& [P, radius] = queries[q];
-      const int low = levelOf(radius * (1 - std::min(spread, 0.9f))), high = levelOf(radius * (1 + spread));
-      for (int level = low; level <= high; ++level) {
-        int64_t from[3], to[3];
-        for (int k = 0; k < 3; ++k) {
-          from[k] = cellOf(P[k] - radius, level);
-          to[k] = cellOf(P[k] + radius, level);
-        }
-        for (int64_t z = from[2]; z <= to[2]; ++z)
-          for (int64_t y = from[1]; y <= to[1]; ++y)
-            for (int64_t x = from[0], last; x <= to[0]; x = last + 1) {
-              last = std::min(to[0], x | 3);  // of this block
-              rows.add(q, Cell::of(level, x, y, z), uint32_t(last - x));
-            }
-      }
-    }
-    rows.search();
-  }
+  static constexpr uint32_t kTogether = 16;  // entries that a kernel looks at in one go, at most
 
   // photonOf(i): of record i. Null where there is no memory for it.
   template <class PhotonOf>
@@ -105,7 +86,7 @@ struct MergeIndex {
     Place* places;
     Photon* photons;
     if (!make(index, 1) || !make(unsorted, count) || !make(first, buckets + 1) || !make(totals, kParts + 1) ||
-        !make(places, count) || !make(photons, count) || !make(records, count))
+        !make(places, count + kTogether) || !make(photons, count) || !make(records, count))
       return nullptr;
     const uint32_t mask = buckets - 1, perPart = buckets / uint32_t(kParts);
     parallel(services, (count + kChunk - 1) / kChunk, [&](uint64_t chunk) {
@@ -153,68 +134,12 @@ struct MergeIndex {
         }
     });
     first[buckets] = sum;
+    std::fill_n(places + sum, count + kTogether - sum, Place{});
     *index = {mask, first, places, photons, records};
     return index;
   }
 
  private:
-  // Cells that follow each other, of a block. Memory answers late: all that is wanted is asked for before any is read.
-  template <class Visit>
-  struct Rows {
-    const MergeIndex& index;
-    const Query* queries;
-    const Visit& visit;
-    static constexpr uint32_t kMost = 256, kFound = 64;
-    Rows(const MergeIndex& in, const Query* of, const Visit& v) : index(in), queries(of), visit(v) {}
-    struct Row {
-      uint32_t query, tag, more, bucket, begin, end;
-    };
-    Row rows[kMost];
-    uint32_t count = 0;
-
-    void add(uint32_t query, Cell cell, uint32_t more) {
-      if (count == kMost) search();
-      rows[count] = {query, cell.tag, more, cell.bucket & index.bucketMask, 0, 0};
-      __builtin_prefetch(index.first + rows[count++].bucket);
-    }
-    void search() {
-      uint32_t filled = 0;
-      for (uint32_t r = 0; r < count; ++r) {
-        Row row = rows[r];
-        row.begin = index.first[row.bucket];
-        row.end = index.first[row.bucket + row.more + 1];
-        if (row.begin == row.end) continue;
-        __builtin_prefetch(index.places + row.begin);
-        rows[filled++] = row;
-      }
-      uint32_t all[kFound + 2] = {}, *found = all + 1, n = 0, query = 0;
-      const auto send = [&] {
-        if (n) visit(query, n, found);
-        n = 0;
-      };
-      for (uint32_t r = 0; r < filled; ++r) {
-        const Row& row = rows[r];
-        if (row.query != query) send();
-        query = row.query;
-        const auto& [at, radius] = queries[query];
-        const float square = radius * radius;
-        for (uint32_t i = row.begin; i < row.end;) {
-          // what is near is a matter of chance: no branch is taken for it
-          for (const uint32_t end = std::min(row.end, i + kFound - n); i < end; ++i) {
-            const Place& p = index.places[i];
-            const float a = p.P[0] - at[0], b = p.P[1] - at[1], c = p.P[2] - at[2];
-            found[n] = i;
-            n += uint32_t(a * a + b * b + c * c <= square) & uint32_t(p.tag - row.tag <= row.more);
-            __builtin_prefetch(index.photons + found[int(n) - 1]);  // the last that is
-          }
-          if (n == kFound) send();
-        }
-      }
-      send();
-      count = 0;
-    }
-  };
-
   template <class Body>
   static void parallel(const CommitServices& services, uint64_t n, const Body& body) {
     services.parallelFor(&services, n, const_cast<Body*>(&body),

@@ -68,12 +68,12 @@ inline constexpr Param kMergeMedia =
             "Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays "
             "with rays "
             "(beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points.");
-inline constexpr Param kMediaRadius =
-    param::number("mediaRadius", 2.f)
-        .range(0, 1000)
-        .help(
-            "Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there. What is thinner lets light "
-            "through in the first samples.");
+inline constexpr Param kMediaRadius = param::number("mediaRadius", 2.f)
+                                          .range(0, 1000)
+                                          .help(
+                                              "Radius of merging in media in pixels, as mergeRadius; 0 merges "
+                                              "nothing there. What is thinner lets light "
+                                              "through in the first samples.");
 inline constexpr Param kReduceMediaRadius =
     param::number("reduceMediaRadius", 0.67f)
         .range(0.01f, 1)

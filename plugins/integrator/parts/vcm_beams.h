@@ -359,7 +359,7 @@ class Beams {
     EvaluateArgs e{{wi[0], wi[1], wi[2]}, {}, make<float>(room), make<float>(room)};
     for (uint32_t l = 0; l < c.slotCount; ++l)
       for (float*& w : e.weight[l]) w = make<float>(room);
-    c.bxdf->evaluateAt(&c, c.closure, i, room, &e);
+    c.bxdf->evaluateAt(&c, c.closure, i, n, &e);
     const LightDensities light(g_, sv_, c, n, point, wi, s, first);
     sv_->meanTransmittance(g_, n, P, wi, s, time, through);
     const LightSide side{through, &light, o_.connects};

@@ -420,7 +420,7 @@ class Vcm {
     const auto* pass = static_cast<const vcm::PassIndex*>(sv_->index(g_));
     const MergeIndex* index = pass ? pass->points : nullptr;
     if (!index) return;
-    const bool isInSpace = c.traits & kTraitInSpace, seesLightsAlone = c.traits & kTraitScattersOnce;
+    const bool isInSpace = c.traits & kTraitInSpace;
     const float spread = (isInSpace ? o_.mediaRadius : o_.radius) * sv_->pixelAngle + 0.01f;
     Merged<W> merged(g_, sv_, o_, c, *index, readsEvents_);
     MergeIndex::Query* queries = c.alloc<MergeIndex::Query>(c.count);
@@ -430,19 +430,16 @@ class Vcm {
       queries[n] = {{c.P[0][i], c.P[1][i], c.P[2][i]}, neighbourhood.radius[i]};
       point[n++] = i;
     }
-    index->near(n, queries, spread, [&](uint32_t query, uint32_t found, const uint32_t* entries) {
-      const uint32_t i = point[query], s = c.path[i], medium = isInSpace ? c.place.instance[i] : Photon::kNoMedium;
+    findNear<W>(*index, n, queries, spread, [&](uint32_t query, uint32_t found, const uint32_t* entries) {
+      const uint32_t i = point[query], s = c.path[i];
       if (i != last) {
         merged.evaluate();
         merged.begin(i, neighbourhood, sums_[s], V::load(paths_.throughput, s), paths_.state[s]);
         last = i;
       }
-      for (uint32_t k = 0; k < found; ++k) {
-        const Photon& photon = index->photons[entries[k]];
-        if (photon.medium == medium && std::fabs(photon.time - c.time[i]) <= o_.timeRadius &&
-            photon.verticesBefore() + c.depth <= o_.bounces && !(seesLightsAlone && photon.verticesBefore()))
-          merged.add(entries[k]);
-      }
+      for (uint32_t k = 0; k < found; k += MergeIndex::kTogether)
+        merged.add(entries + k, std::min(found - k, MergeIndex::kTogether),
+                   isInSpace ? c.place.instance[i] : Photon::kNoMedium);
     });
     merged.evaluate();
     merged.send();

@@ -3,12 +3,15 @@
 // Beams, and Paths in Volumetric Light Transport Simulation", 2014). Included per target by vcm_kernel.h.
 #include <kinora/clamp_luminance.h>
 #include <kinora/path_densities.h>
+#include <kinora/simd/records.h>
 #include <kinora/subpaths.h>
 
 #ifndef KINORA_VCM_ONCE
 #define KINORA_VCM_ONCE
 #include "plugins/integrator/parts/vcm_records.h"
 #endif
+
+#include "plugins/integrator/parts/merge_search.h"
 
 #include "plugins/integrator/parts/vcm_neighbourhoods.h"
 
@@ -40,6 +43,7 @@ class Merged {
         e_{} {
     for (int k = 0; k < 3; ++k) {
       e_.wi[k] = wi_[k] = c.alloc<float>(kMostMerged);
+      brought_[k] = c.alloc<float>(kMostMerged);
       throughput_[k] = c.alloc<float>(kMostMerged);
       value_[k] = c.alloc<float>(kRoom);
     }
@@ -50,7 +54,15 @@ class Merged {
     last_ = c.alloc<float>(kMostMerged);
     before_ = c.alloc<float>(kMostMerged);
     share_ = c.alloc<float>(kMostMerged);
-    entry_ = c.alloc<uint32_t>(kMostMerged);
+    // lanes behind the last vertex hold what was there, at first this
+    for (int k = 0; k < 3; ++k) {
+      std::fill_n(wi_[k], kMostMerged, k == 2 ? 1.f : 0.f);
+      std::fill_n(throughput_[k], kMostMerged, 0.f);
+    }
+    std::fill_n(last_, kMostMerged, 0.f);
+    std::fill_n(before_, kMostMerged, 0.f);
+    for (uint32_t** x : {&entry_, &lightOf_, &length_}) *x = c.alloc<uint32_t>(kMostMerged);
+    std::fill_n(length_, kMostMerged, 0u);
     for (uint32_t** x : {&slot_, &state_, &light_}) *x = c.alloc<uint32_t>(kRoom);
   }
   // The point that follows, of the context of which `near` is told; the others are its camera path's.
@@ -62,29 +74,49 @@ class Merged {
     through_ = throughput;
     from_ = state;
   }
-  void add(uint32_t entry) {
-    const vcm::Photon& p = index_.photons[entry];
-    for (int k = 0; k < 3; ++k) {
-      wi_[k][count_] = p.wo[k];
-      throughput_[k][count_] = p.throughput[k];
+  // Those of some entries, at most MergeIndex::kTogether, that the point may be merged with. medium: that it lies in.
+  void add(const uint32_t* entries, uint32_t n, uint32_t medium) {
+    using F = Float<W>;
+    using I = Int<W>;
+    if (count_ + kTogether > kMostMerged) evaluate();
+    const F time(c_.time[point_]), most(o_.timeRadius);
+    // vertices before it: so many at the most
+    const int32_t longest = c_.traits & kTraitScattersOnce ? 0 : int32_t(o_.bounces) - int32_t(c_.depth);
+    for (uint32_t i = 0; i < n; i += W) {
+      alignas(64) uint32_t entry[W];
+      const float* from[4][W];
+#pragma GCC unroll 16
+      for (uint32_t k = 0; k < W; ++k) {
+        entry[k] = entries[std::min(i + k, n - 1)];
+        const float* photon = index_.photons[entry[k]].P;
+#pragma GCC unroll 4
+        for (size_t four = 0; four < 4; ++four) from[four][k] = photon + 4 * four;
+      }
+      F word[16];
+      for (size_t four = 0; four < 4; ++four) loadFours<W>(from[four], word + 4 * four);
+      const F wo[3] = {word[3], word[4], word[5]}, throughput[3] = {word[6], word[7], word[8]};
+      const I length = asInt(word[14]), before = length & I(~vcm::Photon::kHasFactors);
+      const Mask<W> on = (asInt(word[15]) == I(medium)) & (abs(word[11] - time) <= most) & !(I(longest) < before) &
+                         Mask<W>::firstN(int(std::min<uint32_t>(n - i, W)));
+      const Packer<W> pack(on);
+      for (int k = 0; k < 3; ++k) {
+        pack.put(wo[k], wi_[k] + count_);
+        pack.put(throughput[k], throughput_[k] + count_);
+      }
+      const Mask<W> isSampled = Mask<W>(o_.samplesLight(c_.depth)) | (before != I(0));
+      pack.put(zeroUnless(isSampled, word[9]), last_ + count_);
+      pack.put(word[10], before_ + count_);
+      pack.put(asInt(word[13]), lightOf_ + count_);
+      pack.put(length, length_ + count_);
+      pack.put(I::load(entry), entry_ + count_);
+      count_ += uint32_t(pack.count);
     }
-    last_[count_] = o_.samplesLight(c_.depth + p.verticesBefore()) ? p.last : 0;
-    before_[count_] = p.before;
-    entry_[count_] = entry;
-    if (++count_ == kMostMerged) evaluate();
   }
   void evaluate() {
     using F = Float<W>;
+    using I = Int<W>;
     if (!count_) return;
-    for (uint32_t i = count_; i < padded(count_); ++i) {
-      for (int k = 0; k < 3; ++k) {
-        wi_[k][i] = wi_[k][count_ - 1];
-        throughput_[k][i] = throughput_[k][count_ - 1];
-      }
-      last_[i] = last_[count_ - 1];
-      before_[i] = before_[count_ - 1];
-    }
-    c_.bxdf->evaluateAt(&c_, c_.closure, point_, padded(count_), &e_);
+    c_.bxdf->evaluateAt(&c_, c_.closure, point_, count_, &e_);
     const Vec3<W> Ng(F(c_.Ng[0][point_]), F(c_.Ng[1][point_]), F(c_.Ng[2][point_]));
     Vec3<W> fiber(0.f);
     if (c_.traits & kTraitFiber) {
@@ -110,18 +142,50 @@ class Merged {
     }
     const uint32_t s = c_.path[point_];
     const bool clamps = o_.clampLuminance < 1e30f;
+    // the light's own factors, where any has them, and one sum where the rest of a path does not matter
+    uint32_t differs = 0, factors = 0;
+    for (uint32_t i = 0; i < count_; ++i) {
+      differs |= lightOf_[i] ^ lightOf_[0];
+      factors |= length_[i] & vcm::Photon::kHasFactors;
+    }
+    const bool isOne = !differs && !readsEvents_;
+    const auto at = [&](uint32_t i) -> const PathVertex& { return all_[index_.records[entry_[i]]].at; };
     for (uint32_t l = 0; l < c_.slotCount; ++l) {
       const uint32_t event = c_.eventOfSlot[l], state = stepState(sv_->paths, from_, event);
-      for (uint32_t i = 0; i < count_; ++i) {
-        V x = through_ * V::load(throughput_, i) * V::load(e_.weight[l], i) * Float<1>(share_[i]);
-        if (!(maxComponent(x).lane0() > 0)) continue;
-        const vcm::Photon& p = index_.photons[entry_[i]];
-        const PathVertex& at = all_[index_.records[entry_[i]]].at;
-        if (p.hasFactors()) x = x * Float<1>(at.factorOf(event));
-        if (clamps && c_.depth + p.verticesBefore() + 2 > o_.clampDepth)
-          x = x * factorToLuminance(x, Float<1>(o_.clampLuminance));
-        put(x, s, readsEvents_ ? stepState(sv_->paths, from_, event, at.tail) : state, p.light);
+      // the same sums for all widths: of the k-th of each sixteen
+      alignas(64) float sums[3][kTogether] = {};
+      for (uint32_t i = 0; i < count_; i += W) {
+        Vec3<W> x = Vec3<W>(F(through_.x.lane0()), F(through_.y.lane0()), F(through_.z.lane0())) *
+                    Vec3<W>::load(throughput_, i) * Vec3<W>::load(e_.weight[l], i) * F::load(share_ + i);
+        if (factors) {
+          alignas(64) float factor[W];
+          for (uint32_t k = 0; k < W; ++k)
+            factor[k] = i + k < count_ && length_[i + k] & vcm::Photon::kHasFactors ? at(i + k).factorOf(event) : 1.f;
+          x = x * F::load(factor);
+        }
+        if (clamps) {
+          const I before = I::load(length_ + i) & I(~vcm::Photon::kHasFactors);
+          x = select(I(int32_t(o_.clampDepth) - int32_t(c_.depth) - 2) < before,
+                     x * factorToLuminance(x, F(o_.clampLuminance)), x);
+        }
+        x = zeroUnless((maxComponent(x) > F(0.f)) & Mask<W>::firstN(int(std::min<uint32_t>(count_ - i, W))), x);
+        if (isOne) {
+          float* const to[3] = {sums[0], sums[1], sums[2]};
+          (Vec3<W>::load(to, i % kTogether) + x).store(to, i % kTogether);
+        } else {
+          x.store(brought_, i);
+        }
       }
+      if (isOne) {
+        for (uint32_t half = kTogether / 2; half; half /= 2)
+          for (auto& sum : sums)
+            for (uint32_t k = 0; k < half; ++k) sum[k] += sum[k + half];
+        put(sums[0][0], sums[1][0], sums[2][0], s, state, lightOf_[0]);
+        continue;
+      }
+      for (uint32_t i = 0; i < count_; ++i)
+        put(brought_[0][i], brought_[1][i], brought_[2][i], s,
+            readsEvents_ ? stepState(sv_->paths, from_, event, at(i).tail) : state, lightOf_[i]);
     }
     count_ = 0;
   }
@@ -133,16 +197,22 @@ class Merged {
   }
 
  private:
-  using V = Vec3<1>;
   static constexpr uint32_t kMostMerged = 64;  // evaluated together
+  static constexpr uint32_t kTogether = vcm::MergeIndex::kTogether;
   static constexpr uint32_t kRoom = 4096;
-  void put(V x, uint32_t slot, uint32_t state, uint32_t light) {
-    if (n_ && slot_[n_ - 1] == slot && state_[n_ - 1] == state && light_[n_ - 1] == light) {
-      (V::load(value_, n_ - 1) + x).store(value_, n_ - 1);
+  void put(float r, float g, float b, uint32_t slot, uint32_t state, uint32_t light) {
+    if (!(std::max(r, std::max(g, b)) > 0)) return;
+    const bool isLast = n_ && slot_[n_ - 1] == slot && state_[n_ - 1] == state && light_[n_ - 1] == light;
+    if (isLast) {
+      value_[0][n_ - 1] += r;
+      value_[1][n_ - 1] += g;
+      value_[2][n_ - 1] += b;
       return;
     }
     if (n_ == kRoom) send();
-    x.store(value_, n_);
+    value_[0][n_] = r;
+    value_[1][n_] = g;
+    value_[2][n_] = b;
     slot_[n_] = slot;
     state_[n_] = state;
     light_[n_++] = light;
@@ -156,11 +226,11 @@ class Merged {
   const vcm::Stored* all_;
   EvaluateArgs e_;
   PathSums sums_{};
-  V through_{};
+  Vec3<1> through_{};
   uint32_t from_ = 0;  // state of the camera path
-  float *wi_[3], *throughput_[3], *value_[3], *last_, *before_, *share_;
+  float *wi_[3], *throughput_[3], *value_[3], *brought_[3], *last_, *before_, *share_;
   const typename Neighbourhoods<W>::Of* near_ = nullptr;
-  uint32_t *entry_, *slot_, *state_, *light_;
+  uint32_t *entry_, *lightOf_, *length_, *slot_, *state_, *light_;
   uint32_t point_ = 0, count_ = 0, n_ = 0;
 };
 
