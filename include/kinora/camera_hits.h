@@ -33,10 +33,12 @@ class CameraHits {
         services->shade(group, &group->paths, kTraitEyePath | kTraitPrimaryHit, 0, count, slots, &contexts);
   }
 
-  // Adds a colour at each point of a context to the picture, as light that the surface gives off.
+  // Adds a colour at each point of a context to the picture, as light that the surface gives off: times the camera's
+  // weight of the sample (vignetting), which the rows hold afterwards.
   void show(const Context& c, float* const rgb[3]) const {
     uint32_t *state = words(c.padded), *light = words(c.padded);
     for (uint32_t i = 0; i < c.padded; ++i) {
+      for (int k = 0; k < 3; ++k) rgb[k][i] *= group_->rayWeight[c.path[i]];
       state[i] = services_->paths.start;
       light[i] = kNoLight;
     }

@@ -337,9 +337,9 @@ constexpr Explanation kRooms[] = {
      "The scene has no Projection and no Camera. What RIB says then is an orthographic view along z from the "
      "origin."},
     {"RENDER-NO-LIGHTS",
-     "No light of the scene is rendered: there is none, or none that is known. Glowing surfaces are still seen; all "
-     "else "
-     "is black."},
+     "No light of the scene is rendered: there is none, or none that is known. Glowing surfaces still light the "
+     "rest; "
+     "where nothing glows and no Integrator is named, PxrDefault lights every surface from the eye."},
     {"RENDER-CLASSIC-LIGHT",
      "LightSource and AreaLightSource name light shaders of the time before RIS. The message names the light that "
      "stands in. ambientlight, distantlight, pointlight and spotlight, and shaders with one of these words in their "
@@ -474,6 +474,10 @@ constexpr Explanation kRooms[] = {
      "Add "
      "DisplayChannel \"float mask\" and a Display of \"mask\", with the light's aovName as the channel's name or "
      "source."},
+    {"FILTER-SPLATS",
+     "Sample filters change what the camera's paths bring, sample by sample. Paths from the lights (PxrVCM, "
+     "PxrUnified "
+     "with light paths) bring light to pixels of the finished picture, which no sample filter sees."},
     {"FILTER-CHANNEL",
      "A sample or display filter works on a channel (its parameter aov, for instance) that no Display of the frame "
      "holds. The filter runs without it."},

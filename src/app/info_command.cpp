@@ -130,6 +130,7 @@ int runInfo(const Arguments& arguments) {
   parser->add_option("--archive-path", archivePath, "look for archives here; may be repeated")
       ->type_name("DIRS")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
   int code = kComplete;

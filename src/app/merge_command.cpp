@@ -32,6 +32,7 @@ int runMerge(const Arguments& arguments) {
   parser->add_option("--plugin-path", pluginPath, "look for display drivers and display filters here")
       ->type_name("DIR")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
   if (keepShard && output.empty()) return badCommandLine(diagnostics, "--keep-samples needs -o FILE");

@@ -165,7 +165,7 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   Texts texts;
   // each use takes one value, so that a file may follow
   const auto list = [](CLI::Option* option) {
-    option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    option->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   };
 
   // not required(): the parser would name a missing file before an unknown option
@@ -196,7 +196,8 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_option("--res", texts.resolution, "resolution; overrides the scene's Format")->type_name("WxH");
   app.add_option("--crop", texts.crop, "part of the picture in 0..1, as CropWindow")
       ->type_name("XMIN XMAX YMIN YMAX")
-      ->expected(4);
+      ->expected(4)
+      ->allow_extra_args(false);
   app.add_option("--integrator", s.integrator, "integrator plug-in; overrides the scene's")->type_name("NAME");
   list(app.add_option("--set", texts.sets, "override a parameter or option: integrator.maxIndirectBounces=4")
            ->type_name("KIND.NAME=VALUE"));

@@ -92,6 +92,21 @@ TEST(RenderOptions, ValuesArrive) {
   EXPECT_EQ(p.options.verbose, 2);
 }
 
+TEST(RenderOptions, AFileMayFollowWhatTakesValues) {
+  for (const std::vector<std::string>& before : std::vector<std::vector<std::string>>{{"--set", "hider.jitter=0"},
+                                                                                      {"--set=hider.jitter=0"},
+                                                                                      {"--crop", "0", "1", "0", "1"},
+                                                                                      {"--search-path", "texture=/"},
+                                                                                      {"--dirmap", "/a=/b"},
+                                                                                      {"--plugin-path", "/"}}) {
+    std::vector<std::string> all = before;
+    all.push_back("a.rib");
+    const Parsed p = parsed(all);
+    EXPECT_FALSE(p.done) << before[0] << (p.messages.empty() ? "" : p.messages[0]);
+    EXPECT_EQ(p.options.files, std::vector<std::string>{"a.rib"}) << before[0];
+  }
+}
+
 TEST(RenderOptions, RangesAndSamples) {
   const Parsed part = parsed({"--samples", "16:64", "-"});
   ASSERT_FALSE(part.done);

@@ -100,7 +100,7 @@ int runRib(const Arguments& arguments) {
                  "comments go. Input may be ASCII, binary, gzip.");
   RibOptions o;
   const auto list = [](CLI::Option* option) {
-    option->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    option->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   };
   parser->add_option("FILE", o.files, "RIB files, read as one stream; - is standard input");
   parser->add_option("-o,--output", o.output, "write here instead of standard output; .gz compresses")

@@ -268,6 +268,14 @@ TEST_F(PartsAndFiles, DiffJudgesByTheLimitsGiven) {
   EXPECT_EQ(run(l), kToolDiffers);
   l.differingPixels = 0.0625;
   EXPECT_EQ(run(l), kToolOk);
+  b.pixels[5] = INFINITY;
+  ASSERT_TRUE(image::write(path("b.exr"), b).ok());
+  DiffLimits mean;
+  mean.rmse = 0.1;
+  EXPECT_EQ(run(mean), kToolDiffers) << "a mean over finite values";
+  mean.rmse.reset();
+  mean.relativeMse = 0.1;
+  EXPECT_EQ(run(mean), kToolDiffers);
   const ToolResult r = diffImages(path("a.exr"), path("b.exr"), {}, path("d.exr"), 4, diagnostics_);
   EXPECT_NE(r.text.find("maximum 0.5 at 1 1 in R"), std::string::npos) << r.text;
   image::Image d;

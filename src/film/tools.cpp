@@ -107,9 +107,11 @@ ToolResult diffImages(const std::string& a, const std::string& b, const DiffLimi
   if (!isAnyLimit && d.differingValues) over.push_back("the pictures differ");
   if (!isAnyLimit && (!d.onlyA.empty() || !d.onlyB.empty()) && limits.channels.empty())
     over.push_back("their channels differ");
-  // a mean over finite values says nothing about what is NaN in one picture only
+  // a mean over finite values says nothing about what is NaN or infinite in one picture only
   if (isAnyLimit && d.oneSidedNan && !limits.maximum && !limits.differingPixels)
     over.push_back(fmt::format("{} values are NaN in one picture only", d.oneSidedNan));
+  if (isAnyLimit && std::isinf(d.maximum) && !limits.maximum && !limits.differingPixels)
+    over.push_back("some values are infinite in one picture only");
 
   ToolResult result;
   result.text = fmt::format(

@@ -87,11 +87,16 @@ void setPlace(scene::Camera& camera, Diagnostics& diagnostics, CameraState& c) {
   const scene::Matrix cameraToWorld = c.worldToCamera.inverse();
   setOrigin(cameraToWorld, c);
   const bool moves = !camera.worldToCamera.isStatic() && c.shutterClose > c.shutterOpen;
-  // the way back from the camera is no straight line between keys: twice as many follow it better
-  const int keys =
-      moves ? std::max(int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)),
-                       scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, 65))
-            : 1;
+  int keys = 1;
+  if (moves) {
+    // The way back from the camera is no straight line between keys: each interval of those that the scene says is divided,
+    // until there are twice as many.
+    constexpr int kMost = 65;
+    const int said = scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, kMost);
+    const int intervals = std::max(said - 1, 1),
+              wanted = int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16));
+    keys = intervals * std::clamp((wanted + intervals - 2) / intervals, 1, std::max((kMost - 1) / intervals, 1)) + 1;
+  }
   scene::Matrix shift;
   shift.setTranslation(Imath::V3d(-c.origin[0], -c.origin[1], -c.origin[2]));
   for (int k = 0; k < keys; ++k) {

@@ -97,6 +97,13 @@ std::unique_ptr<FramePlan> planFrame(const scene::Scene& scene, const Settings& 
   const ChannelFilterInfo picture{{uint32_t(resolution[0]), uint32_t(resolution[1])}, f.displays.pixelAspect};
   f.sampleFilters.make(Kind::SampleFilter, scene.sampleFilters, f.displays.layout, picture, registry, builder.host(),
                        builder.width(), diagnostics);
+  if (hasLightStage && !f.sampleFilters.empty())
+    diagnostics.warning(
+        "FILTER-SPLATS", scene.sampleFilters.front()->pos,
+        "sample filters see what camera paths bring; light that paths from the lights bring to pixels passes "
+        "them by",
+        "that part of the picture is not filtered",
+        "a display filter sees the whole picture; or take an integrator without light paths");
   f.displayFilters.make(Kind::DisplayFilter, scene.displayFilters, f.displays.layout, picture, registry,
                         builder.host(), builder.width(), diagnostics);
   f.record = planRecord(f.displays.layout);

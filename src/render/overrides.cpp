@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "base/near_name.h"
+#include "base/text.h"
 #include "film/display_output.h"
 #include "render/legacy_lights.h"
 
@@ -286,11 +287,41 @@ void applyOverrides(scene::Scene& scene, const Settings& settings, Registry& reg
   Overrides(scene, settings, registry, diagnostics).apply();
 }
 
+namespace {
+
+// Whether surfaces of a material may give off light, by its nodes' parameters.
+bool mayGlow(const scene::Network& material) {
+  const auto isAbove0 = [](const scene::Parameter* p, bool otherwise) {
+    if (!p) return otherwise;
+    return p->isReference || std::any_of(p->floats.begin(), p->floats.end(), [](float x) { return x > 0; });
+  };
+  const auto glows = [&](const scene::NodePtr& n) {
+    if (!n) return false;
+    const bool isConstant = sameName(n->plugin, "PxrConstant");
+    return sameName(n->plugin, "LamaEmission") || isAbove0(n->params.find("emitColor"), isConstant) ||
+           isAbove0(n->params.find("glowGain"), false);
+  };
+  return glows(material.terminal) || std::any_of(material.patterns.begin(), material.patterns.end(), glows);
+}
+
+bool mayGlow(const std::vector<scene::PrimitivePtr>& primitives) {
+  const scene::Network* last = nullptr;  // those that follow each other have one material
+  for (const scene::PrimitivePtr& p : primitives) {
+    const scene::Network* m = p->attributes ? p->attributes->bxdf.get() : nullptr;
+    if (m && m != last && mayGlow(*m)) return true;
+    last = m;
+  }
+  return false;
+}
+
+}  // namespace
+
 const char* defaultIntegrator(const scene::Scene& scene) {
-  const bool isDark = scene.lights.empty() &&
-                      std::none_of(scene.classicLights.begin(), scene.classicLights.end(), hasStandIn) &&
-                      std::all_of(scene.prototypes.begin(), scene.prototypes.end(),
-                                  [](const scene::Prototype& p) { return p.lights.empty(); });
+  const bool isDark =
+      scene.lights.empty() && std::none_of(scene.classicLights.begin(), scene.classicLights.end(), hasStandIn) &&
+      !mayGlow(scene.primitives) &&
+      std::all_of(scene.prototypes.begin(), scene.prototypes.end(),
+                  [](const scene::Prototype& p) { return p.lights.empty() && !mayGlow(p.primitives); });
   return isDark ? "PxrDefault" : "PxrPathTracer";
 }
 

@@ -11,7 +11,7 @@ namespace kinora::render {
 
 void applyOverrides(scene::Scene& scene, const Settings& settings, Registry& registry, Diagnostics& diagnostics);
 
-// The integrator a scene without a word about it gets: one with a headlight when it has no light either.
+// The integrator a scene without a word about it gets: one with a headlight where no light and no material gives off light.
 const char* defaultIntegrator(const scene::Scene& scene);
 
 }  // namespace kinora::render

@@ -12,6 +12,7 @@
 #include "render/legacy_lights.h"
 #include "render/light_places.h"
 #include "render/mesh_light.h"
+#include "render/overrides.h"
 #include "scene/digests.h"
 #include "shade/medium_light.h"
 
@@ -401,6 +402,11 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
   return c;
 }
 
+// By the integrator that is meant for scenes without lights.
+static bool isLitFromTheEye(const scene::Scene& scene) {
+  return sameName(scene.integrator ? scene.integrator->plugin.c_str() : defaultIntegrator(scene), "PxrDefault");
+}
+
 std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
                                                     const std::vector<scene::Light>& sources, const LinkSets& links,
                                                     const FlatScene& flat, const Tools& tools,
@@ -412,9 +418,10 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   const bool glows = world.space && std::any_of(world.space->media.begin(), world.space->media.end(),
                                                 [](const shade::SpaceMedium& m) { return m.emission != nullptr; });
   if (chosen.entries.empty() && !glows)
-    tools.diagnostics.warning("RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered",
-                              "only glowing surfaces will be seen",
-                              "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
+    tools.diagnostics.warning(
+        "RENDER-NO-LIGHTS", scene.pos, "the scene has no light that is rendered",
+        isLitFromTheEye(scene) ? "PxrDefault lights it from the eye" : "only glowing surfaces bring light",
+        "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
   std::set<std::string> known;  // names of lights that are not rendered too
   for (const auto* list : {&scene.classicLights, &sources})
     for (const scene::Light& l : *list)

@@ -204,6 +204,24 @@ TEST(ClassicLights, NothingKnownIsNotBlack) {
   }
 }
 
+// What glows lights the rest, where no light does and no integrator is named.
+TEST(Lights, WhatGlowsIsNoSceneWithoutLight) {
+  const auto lit = [](const std::string& integrator, const std::string& glow) {
+    RenderRequest r;
+    r.rib = orthographic(4, 1e-4, 64) + integrator +
+            "WorldBegin\nAttributeBegin Attribute \"visibility\" \"int camera\" [0]\n" + glow +
+            "Polygon \"P\" [-9 -9 -1  9 -9 -1  9 9 -1  -9 9 -1]\nAttributeEnd\n" + kWhite + kPlane + "WorldEnd\n";
+    return overSeeds(r, 4);
+  };
+  const std::string paths = "Integrator \"PxrPathTracer\" \"i\"\n";
+  for (const char* glow : {"Bxdf \"PxrConstant\" \"c\" \"color emitColor\" [.3 .3 .3]\n",
+                           "Bxdf \"PxrSurface\" \"c\" \"float glowGain\" [.3] \"float diffuseGain\" [0]\n",
+                           "Bxdf \"LamaEmission\" \"c\" \"color emissionColor\" [.3 .3 .3]\n"})
+    EXPECT_SAME_MEAN(lit("", glow), lit(paths, glow), 1e-3);
+  const char* const dark = "Bxdf \"PxrConstant\" \"c\" \"color emitColor\" [0 0 0]\n";
+  EXPECT_NEAR(lit("", dark).mean(), 1, 1e-3) << "the headlight";
+}
+
 // What is said of a light's shape does not change what it lights, and the shape is told of once.
 TEST(Lights, AreaLightsThatTheCameraDoesNotSee) {
   for (const char* name : {"PxrStdAreaLight", "arealight"})

@@ -59,6 +59,16 @@ WorldEnd
                      "Projection \"orthographic\"\nMotionBegin [0 1]\nTranslate -1 0 3\nTranslate 1 0 "
                      "3\nMotionEnd\nWorldBegin\n" +
                      kGlowing + square + "WorldEnd\n"},
+      // there and back, in half the time each and not
+      {"camera, three keys", head +
+                                 "Projection \"orthographic\"\nMotionBegin [0 .5 1]\nTranslate -1 0 3\nTranslate 1 0 "
+                                 "3\nTranslate -1 0 3\nMotionEnd\nWorldBegin\n" +
+                                 kGlowing + square + "WorldEnd\n"},
+      {"camera, uneven keys",
+       head +
+           "Projection \"orthographic\"\nMotionBegin [0 .25 1]\nTranslate -1 0 3\nTranslate 1 0 "
+           "3\nTranslate -1 0 3\nMotionEnd\nWorldBegin\n" +
+           kGlowing + square + "WorldEnd\n"},
   };
   for (const auto& [name, rib] : scenes) {
     RenderRequest r;

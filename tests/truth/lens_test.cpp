@@ -1,5 +1,6 @@
 // Proves: the aperture that a Camera or a Hider describes is the one that blurs the picture: moments of a small
-// bright ball out of focus, and what is said of parameters that are not known. Misses: the lens itself, which is the
+// bright ball out of focus, what is said of parameters that are not known, and that
+// vignetting is in the pictures of all integrators. Misses: the lens itself, which is the
 // projections' tests'.
 #include <gtest/gtest.h>
 
@@ -74,6 +75,26 @@ TEST(Lens, ParametersThatNobodyKnowsAreTold) {
   EXPECT_EQ(count(b, "'stereoplanedepths'"), 1);
   EXPECT_EQ(count(b, "PARAM-"), 2);
   EXPECT_EQ(count(blurOf("Camera \"c\" \"float fov\" [30]\n"), "has no parameter 'fov'"), 1);
+}
+
+// Vignetting is the camera's, whichever integrator follows its rays.
+TEST(Lens, EveryIntegratorWeighsSamplesAsTheCameraDoes) {
+  const auto edge = [](const std::string& integrator) {
+    RenderRequest r;
+    r.rib =
+        "Format 17 17 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [4] \"int jitter\" [0]\n"
+        "Projection \"PxrCamera\" \"float fov\" [60] \"float natural\" [1]\nIntegrator \"" +
+        integrator +
+        "\nWorldBegin\nBxdf \"PxrConstant\" \"c\" \"color emitColor\" [1 1 1]\nSphere 10 -10 10 360\nWorldEnd\n";
+    SceneRender render(r);
+    const image::Image picture = render.channel("Ci");
+    return double(picture.at(0, 8)[0] / picture.at(8, 8)[0]);
+  };
+  const double expected = edge("PxrPathTracer\" \"i\"");
+  EXPECT_LT(expected, 0.65);
+  EXPECT_NEAR(edge("PxrDefault\" \"i\""), expected, 1e-4);
+  EXPECT_NEAR(edge("PxrVisualizer\" \"i\" \"string style\" [\"flat\"]"), expected, 1e-4);
+  EXPECT_NEAR(edge("PxrDirectLighting\" \"i\""), expected, 1e-4);
 }
 
 }  // namespace

@@ -37,15 +37,19 @@ struct Runner {
       uint32_t* state = static_cast<uint32_t*>(sv->alloc(g, c.padded * sizeof(uint32_t)));
       uint32_t* light = words(c.padded);
       for (uint32_t i = 0; i < c.padded; ++i) light[i] = kNoLight;
+      const auto weigh = [&](float* const rgb[3], float factor) HWY_ATTR {
+        for (uint32_t i = 0; i < c.padded; i += W)
+          (Vec3<W>::load(rgb, i) * (gather(g->rayWeight, Int<W>::load(c.path + i)) * Float<W>(factor))).store(rgb, i);
+      };
       for (uint32_t l = 0; l < c.slotCount; ++l) {
-        for (uint32_t i = 0; i < c.count; i += W)
-          (Vec3<W>::load(e.weight[l], i) * Float<W>(kPi)).store(e.weight[l], i);
+        weigh(e.weight[l], kPi);
         for (uint32_t i = 0; i < c.padded; ++i)
           state[i] = sv->paths.next[sv->paths.start * sv->paths.eventCount + c.eventOfSlot[l]];
         const Contributions out{c.count, c.path, {e.weight[l][0], e.weight[l][1], e.weight[l][2]}, state, light};
         sv->contribute(g, &out);
       }
       if (glows) {
+        weigh(glow, 1);
         for (uint32_t i = 0; i < c.padded; ++i) state[i] = sv->paths.start;
         const Contributions out{c.count, c.path, {glow[0], glow[1], glow[2]}, state, light};
         sv->contribute(g, &out);

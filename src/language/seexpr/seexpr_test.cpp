@@ -52,6 +52,11 @@ const Case kCases[] = {
     {"2^3^0.7", [](double, double, double) { return std::pow(2, std::pow(3, .7)); }},
     {"10 - 4 - 3", [](double, double, double) { return 3; }},
     {"1 + 2 * 3 % 4", [](double, double, double) { return 1 + 6 % 4; }},
+    {"(P[0] - 9) % 2 + (P[0] + 4) % (0 - 3)",
+     [](double x, double, double) {
+       return x - 9 - 2 * std::floor((x - 9) / 2) + x + 4 + 3 * std::floor((x + 4) / -3);
+     },
+     1e-4},
     {"(P[1]*5) % 1", [](double, double y, double) { return std::fmod(y * 5, 1); }, 1e-4},
     {"P[0] < .5 && P[1] > .3 || P[2] > .9", [](double x, double y, double z) { return (x < .5 && y > .3) || z > .9; },
      0},

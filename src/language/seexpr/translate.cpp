@@ -278,7 +278,8 @@ class Translator {
     const Type type = widest(a.type, b.type);
     const std::string x = as(type, a), y = as(type, b);
     if (op == "==" || op == "!=") return truth(x + " " + op + " " + y);
-    if (op == "%") return emit(type, "fmod(" + x + ", " + y + ")");
+    // of the sign of the second, as SeExpr has it: patterns repeat alike on both sides of the origin
+    if (op == "%") return emit(type, "mod(" + x + ", " + y + ")");
     if (op == "^") return emit(type, "pow(" + x + ", " + y + ")");
     return emit(type, x + " " + op + " " + y);
   }
