@@ -59,8 +59,9 @@ float expand(float y, const std::array<float, 3>& r) {
 }
 
 namespace {
+constexpr const char* kOwnPrefix = "(own ";
 constexpr const char* kRemapPrefix = "(remap ";
-}
+}  // namespace
 
 std::string remappedSource(const std::string& source, const std::array<float, 3>& r) {
   char text[64];
@@ -69,10 +70,19 @@ std::string remappedSource(const std::string& source, const std::array<float, 3>
   return text + source;
 }
 
+std::string ownSource(const std::string& channel, const std::string& source) {
+  return kOwnPrefix + std::to_string(channel.size()) + " " + channel + ") " + source;
+}
+
 std::string sourceBehind(const std::string& entry, std::array<float, 3>& r) {
   unsigned bits[3];
   int used = 0;
   r = {0, 0, 0};
+  size_t length = 0;
+  if (std::sscanf(entry.c_str(), "(own %zu %n", &length, &used) == 1 && used > 0 &&
+      entry.size() > size_t(used) + length + 2)
+    return sourceBehind(entry.substr(size_t(used) + length + 2), r);
+  used = 0;
   if (std::sscanf(entry.c_str(), "(remap %8x %8x %8x) %n", &bits[0], &bits[1], &bits[2], &used) != 3 || used == 0)
     return entry;
   for (size_t k = 0; k < 3; ++k) r[k] = std::bit_cast<float>(uint32_t(bits[k]));

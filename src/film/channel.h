@@ -72,6 +72,8 @@ Channel depthChannel(std::string name, std::string source = {});     // Min of o
 // c comes to b.
 float compress(float x, const std::array<float, 3>& remap);
 float expand(float y, const std::array<float, 3>& remap);
+// Name of the record entry that one channel has for itself: what changes it there changes no other channel.
+std::string ownSource(const std::string& channel, const std::string& source);
 // Name of the record entry that holds a source's values compressed, and back (the source itself when it is none).
 std::string remappedSource(const std::string& source, const std::array<float, 3>& remap);
 std::string sourceBehind(const std::string& entry, std::array<float, 3>& remap);

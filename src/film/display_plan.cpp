@@ -109,6 +109,10 @@ void addChannels(const scene::Scene& scene, const scene::Display& display, const
     Diagnostics& messages = index >= 0 ? silent : diagnostics;
     Channel c = describeChannel(scene, wanted, display, messages);
     c.splats = takesSplats(c, display, options, messages);
+    // sample filters change what stands in records, of the channels that they name alone
+    std::array<float, 3> remap;
+    if (!scene.sampleFilters.empty() && c.source != c.name && LightPaths::knows(sourceBehind(c.source, remap)))
+      c.source = ownSource(c.name, c.source);
     std::string error;
     // a display with a filter of its own sums its channels apart from those of others
     while (index >= 0 && !(plan.layout[index] == c)) {

@@ -70,8 +70,9 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
       Channel c;
       c.name = name;
       c.layoutIndex = layout.find(name);
+      std::array<float, 3> remap;
       for (int k = 0; k < layout.size() && c.layoutIndex < 0; ++k)
-        if (layout[k].source == name) c.layoutIndex = k;
+        if (film::sourceBehind(layout[k].source, remap) == name) c.layoutIndex = k;
       if (c.layoutIndex >= 0) {
         c.width = layout[c.layoutIndex].width;
         c.record = layout.recordOffset(c.layoutIndex);

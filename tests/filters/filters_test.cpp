@@ -61,6 +61,38 @@ TEST(SampleFilter, LastIsActiveAndACombinerRunsItsOwnInOrder) {
   EXPECT_NEAR(middle(half + plus + combine + "[\"plus\" \"half\"]\n"), 3, 1e-5);
 }
 
+// Channels of one source: those that no filter names stay as they are, and so does the beauty.
+TEST(SampleFilter, ChangesTheChannelsThatItNamesAlone) {
+  const std::string channels =
+      "DisplayChannel \"color Ci\"\nDisplayChannel \"float a\"\nDisplayChannel \"color graded\" \"string source\" "
+      "[\"Ci\"]\n"
+      "DisplayChannel \"color plain\" \"string source\" [\"Ci\"]\n"
+      "DisplayChannel \"color K\" \"string source\" [\"lpe:C.*O\"]\nDisplayChannel \"color K2\" \"string source\" "
+      "[\"lpe:C.*O\"]\nDisplay \"two.exr\" \"openexr\" \"Ci,a,graded,plain,K,K2\"\n";
+  for (const std::string named : {"graded", "K2", "Ci", "plain"}) {
+    SceneRender r(request(
+        ball(channels + "SampleFilter \"PxrGradeSampleFilter\" \"g\" \"color gain\" [2 2 2] \"string aov\" [\"" +
+             named + "\"]\n")));
+    ASSERT_TRUE(r.ok());
+    for (const std::string channel : {"Ci", "graded", "plain", "K", "K2"})
+      EXPECT_NEAR(r.channel(channel).at(16, 16)[0], channel == named ? 10 : 5, 1e-4)
+          << channel << ", filtered: " << named;
+  }
+}
+
+TEST(SampleFilter, LightOfLightPathsIsTold) {
+  RenderRequest r = request(ball("SampleFilter \"PxrGradeSampleFilter\" \"g\" \"color gain\" [2 2 2]\n"));
+  const auto told = [&] {
+    SceneRender render(r);
+    const auto m = render.messages();
+    return std::count_if(m.begin(), m.end(),
+                         [](const std::string& x) { return x.find("FILTER-SPLATS") != std::string::npos; });
+  };
+  EXPECT_EQ(told(), 0);
+  r.rib.replace(r.rib.find("PxrPathTracer"), 13, "PxrVCM");
+  EXPECT_EQ(told(), 1);
+}
+
 TEST(SampleFilter, SameBitsAtAllWidthsThreadsAndGroups) {
   const std::string rib =
       ball("SampleFilter \"PxrGradeSampleFilter\" \"g\" \"color gamma\" [1.7 0.9 2.2] \"color mask\" [0.5 1 0.2]\n");
