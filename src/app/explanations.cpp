@@ -227,6 +227,12 @@ constexpr Explanation kRooms[] = {
      "it "
      "has. Often a misspelling, or a parameter of a newer or older version of the plug-in of that name."},
     {"PARAM-TYPE", "A parameter's value has another type or length than its plug-in declares. The default is used."},
+    {"PARAM-NO-EFFECT",
+     "A plug-in takes a parameter so that scenes are read, and does nothing with it; the scene sets it to something "
+     "other than its default. `kinora plugins NAME` shows which these are (\"No effect\"), and what to use instead "
+     "where there is something. Of materials and patterns each parameter of a plug-in is told once, at the first "
+     "node "
+     "that sets it."},
     {"PARAM-CHOICE",
      "A parameter whose numbers or words stand for choices (a blend mode, a type of noise, a variable) has one that "
      "stands for none. The message says what is done and, as `kinora plugins NAME`, lists the choices."},

@@ -107,6 +107,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   const std::pair<const void*, std::string> id(given.get(), variant + '\1' + lpeGroup);
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[given.get()] = given;
+  if (given) noEffect_.tell(*given, Kind::Bxdf, registry_, diagnostics_);
   const scene::NetworkPtr flat = given ? withFlatLayers(*given, registry_, diagnostics_) : nullptr;
   if (flat) keepAlive_[flat.get()] = flat;
   const scene::NetworkPtr& network = flat ? flat : given;
@@ -157,6 +158,7 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
   const std::pair<const void*, std::string> id(network.get(), "");
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[network.get()] = network;
+  noEffect_.tell(*network, Kind::Displacement, registry_, diagnostics_);
   const scene::Node& node = *network->terminal;
   std::vector<Resolved> nodes;
   Handles handles;

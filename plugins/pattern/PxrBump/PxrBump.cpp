@@ -40,7 +40,7 @@ constexpr Param kParams[] = {
     param::structure("manifold").gradients().help("Texture coordinates; st where not connected."),
     param::normal("inputN").help("Normal that the heights bend further."),
     param::integer("reverse", 0).range(0, 1).help("1: white is low."),
-    param::number("adjustAmount", 1.f).help("Accepted; materials bend averted normals themselves."),
+    param::number("adjustAmount", 1.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::output(Type::Normal, "resultN"),
     param::output(Type::Vector, "resultNG"),
