@@ -125,6 +125,12 @@ constexpr Explanation kRooms[] = {
      "NAME of "
      "each object, and an object with that material has none. The token stays in the name, and the file is mostly "
      "not found."},
+    {"PATTERN-BUMP",
+     "inputBump of a PxrBump is connected to something that has no slopes here: patterns give values, not how these "
+     "change along the surface, and normals stay as they are. What works: `filename` of PxrBump; a PxrTexture at "
+     "inputBump whose colorScale, colorOffset and saturation no pattern feeds (the bump reads its file itself); "
+     "heights of any kind in an OSL shader with normalize(N + (calculatenormal(P + N * height) - calculatenormal(P)) "
+     "/ area(P)) connected to bumpNormal; or displacement."},
     {"PATTERN-COORDSYS",
      "A pattern, material or displacement has a parameter that names a coordinate system, and nothing in the scene "
      "gives "

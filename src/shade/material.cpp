@@ -13,6 +13,7 @@
 #include "shade/legacy_bxdfs.h"
 #include "shade/missing_patterns.h"
 #include "shade/clock.h"
+#include "shade/connected_bumps.h"
 #include "shade/layered_bxdfs.h"
 #include "shade/shader_parameters.h"
 #include "shade/standard_shaders.h"
@@ -108,9 +109,12 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[given.get()] = given;
   if (given) noEffect_.tell(*given, Kind::Bxdf, registry_, diagnostics_);
-  const scene::NetworkPtr flat = given ? withFlatLayers(*given, registry_, diagnostics_) : nullptr;
+  const scene::NetworkPtr bumped = given ? withBumpsOfTextures(*given, diagnostics_) : nullptr;
+  if (bumped) keepAlive_[bumped.get()] = bumped;
+  const scene::NetworkPtr& whole = bumped ? bumped : given;
+  const scene::NetworkPtr flat = whole ? withFlatLayers(*whole, registry_, diagnostics_) : nullptr;
   if (flat) keepAlive_[flat.get()] = flat;
-  const scene::NetworkPtr& network = flat ? flat : given;
+  const scene::NetworkPtr& network = flat ? flat : whole;
 
   std::vector<Resolved> nodes;
   Handles handles;
