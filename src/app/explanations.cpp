@@ -203,6 +203,18 @@ constexpr Explanation kRooms[] = {
      "A texture file is not found beside the scene, on the scene's texture search path, or under --search-path "
      "texture=DIRS. The pattern's missingColor is shown; where that is magenta, its default, a checkerboard of two "
      "greys."},
+    {"ASSET-TEXTURE-DECODED",
+     "A pattern reads a file of floating-point numbers with linearize 1, which decodes them from sRGB. Most such "
+     "files, "
+     "and those that `kinora maketex --linearize` makes, hold light: decoded once more their colours are too dark. "
+     "linearize 0 is for them. Where the file does hold encoded colours nothing is wrong."},
+    {"ASSET-TEXTURE-UNPREPARED",
+     "A texture has no coarse levels; they are made while rendering, which takes time and memory, not quality. With "
+     "--texture-folder each file is prepared once, and no value changes. Or prepare it with `kinora maketex`; a "
+     "picture "
+     "that the scene reads with linearize 1 with `--linearize`, and then read it with linearize 0: coarse levels of "
+     "a "
+     "plain one are averages of encoded colours, too dark where these are decoded."},
     {"ASSET-TEXTURE-",
      "A texture file was found but not all of it can be used: it cannot be read, lacks the channels asked for, or "
      "had to "
