@@ -131,6 +131,10 @@ constexpr Explanation kRooms[] = {
      "inputBump whose colorScale, colorOffset and saturation no pattern feeds (the bump reads its file itself); "
      "heights of any kind in an OSL shader with normalize(N + (calculatenormal(P + N * height) - calculatenormal(P)) "
      "/ area(P)) connected to bumpNormal; or displacement."},
+    {"PATTERN-RAMP",
+     "The ramp of a pattern has more knots than colours or fewer, or knots that do not ascend. Knots and colours go "
+     "together by number; what is left over is not used, and a knot that lies before the one ahead of it ends no "
+     "piece of the ramp."},
     {"PATTERN-COORDSYS",
      "A pattern, material or displacement has a parameter that names a coordinate system, and nothing in the scene "
      "gives "

@@ -15,6 +15,7 @@
 #include "shade/clock.h"
 #include "shade/connected_bumps.h"
 #include "shade/layered_bxdfs.h"
+#include "shade/ramp_check.h"
 #include "shade/shader_parameters.h"
 #include "shade/standard_shaders.h"
 #include "texture/texture_system.h"
@@ -83,6 +84,7 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     const std::optional<scene::Node> split = withElements(node, *out.plugin, diagnostics_);
     out.values = std::make_unique<ResolvedParams>(*out.plugin, split ? &*split : &node, diagnostics_);
   }
+  if (kind == Kind::Pattern) tellOfRamp(node, diagnostics_);
   out.links.resize(out.plugin->paramCount);
   return true;
 }

@@ -134,6 +134,21 @@ TEST_F(Shaders, ParametersWithoutEffectAreTold) {
             std::string::npos);
 }
 
+TEST_F(Shaders, RampsThatCannotBeAreTold) {
+  const auto said = [&](const std::string& ramp) {
+    SceneRender render(requestOf("Pattern \"PxrRamp\" \"n\" " + ramp +
+                                 "\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultRGB\"]\n"));
+    return render.messages().empty() ? std::string() : render.messages()[0];
+  };
+  const std::string two = "\"color[2] colorRamp_Colors\" [0 0 0  1 1 1]";
+  EXPECT_EQ(said("\"float[2] colorRamp_Knots\" [0 1] " + two), "");
+  EXPECT_EQ(said("\"float[2] colorRamp_Knots\" [.5 .5] " + two), "") << "a step";
+  EXPECT_NE(said("\"float[3] colorRamp_Knots\" [0 .5 1] " + two).find("3 knots and 2 colours"), std::string::npos);
+  EXPECT_NE(said("\"float[2] colorRamp_Knots\" [1 0] " + two).find("PATTERN-RAMP"), std::string::npos);
+  EXPECT_NE(said("\"float[2] positions\" [.7 .2] \"color[2] colors\" [0 0 0  1 1 1]").find("do not ascend"),
+            std::string::npos);
+}
+
 TEST(NoEffect, EachParameterIsToldOnce) {
   Registry registry;
   Diagnostics diagnostics([](const std::string&, Severity) {});
