@@ -249,6 +249,7 @@ constexpr Explanation kRooms[] = {
      "it "
      "has. Often a misspelling, or a parameter of a newer or older version of the plug-in of that name."},
     {"PARAM-TYPE", "A parameter's value has another type or length than its plug-in declares. The default is used."},
+    {"PARAM-IMAGE", "A plug-in is told to show an image and is given no name of one. The message says what is seen."},
     {"PARAM-NO-EFFECT",
      "A plug-in takes a parameter so that scenes are read, and does nothing with it; the scene sets it to something "
      "other than its default. `kinora plugins NAME` shows which these are (\"No effect\"), and what to use instead "
