@@ -605,7 +605,8 @@ constexpr Explanation kRooms[] = {
      "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
      "surface or a light that the camera sees itself; "
      "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, <L.'group'>, <RD[^'label']>, sets [...], and the "
-     "operators | * + ? {n,m} ( )."},
+     "operators | * + ? {n,m} ( ). Before all that may stand unoccluded; (light as if nothing were in its way) or "
+     "shadows; (what shadows take of it): both are made of light samples alone, and very noisy on glossy surfaces."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
      "what is not told apart. The message says what the channel holds. A light that the camera sees itself is O, "
