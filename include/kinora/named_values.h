@@ -12,8 +12,9 @@
 
 namespace kinora {
 
-// A help text that starts so marks a parameter which is read and kept, but changes nothing: "No effect yet: ..." where it
-// is to come, "No effect: ..." and why where it has no meaning here.
+// A help text that starts so marks a parameter which is read and kept, but changes nothing: "No effect yet. ..." and what
+// it is for where it is to come, "No effect: ..." and why where it has no meaning here. Scenes that set it are told;
+// "Accepted" is for what changes no picture anywhere (how much to say, the order of nodes), of which nobody is told.
 inline constexpr std::string_view kNoEffect = "No effect";
 
 // One list of parameters from several.

@@ -125,6 +125,16 @@ constexpr Explanation kRooms[] = {
      "NAME of "
      "each object, and an object with that material has none. The token stays in the name, and the file is mostly "
      "not found."},
+    {"PATTERN-BUMP",
+     "inputBump of a PxrBump is connected to something that has no slopes here: patterns give values, not how these "
+     "change along the surface, and normals stay as they are. What works: `filename` of PxrBump; a PxrTexture at "
+     "inputBump whose colorScale, colorOffset and saturation no pattern feeds (the bump reads its file itself); "
+     "heights of any kind in an OSL shader with normalize(N + (calculatenormal(P + N * height) - calculatenormal(P)) "
+     "/ area(P)) connected to bumpNormal; or displacement."},
+    {"PATTERN-RAMP",
+     "The ramp of a pattern has more knots than colours or fewer, or knots that do not ascend. Knots and colours go "
+     "together by number; what is left over is not used, and a knot that lies before the one ahead of it ends no "
+     "piece of the ramp."},
     {"PATTERN-COORDSYS",
      "A pattern, material or displacement has a parameter that names a coordinate system, and nothing in the scene "
      "gives "
@@ -197,6 +207,18 @@ constexpr Explanation kRooms[] = {
      "A texture file is not found beside the scene, on the scene's texture search path, or under --search-path "
      "texture=DIRS. The pattern's missingColor is shown; where that is magenta, its default, a checkerboard of two "
      "greys."},
+    {"ASSET-TEXTURE-DECODED",
+     "A pattern reads a file of floating-point numbers with linearize 1, which decodes them from sRGB. Most such "
+     "files, "
+     "and those that `kinora maketex --linearize` makes, hold light: decoded once more their colours are too dark. "
+     "linearize 0 is for them. Where the file does hold encoded colours nothing is wrong."},
+    {"ASSET-TEXTURE-UNPREPARED",
+     "A texture has no coarse levels; they are made while rendering, which takes time and memory, not quality. With "
+     "--texture-folder each file is prepared once, and no value changes. Or prepare it with `kinora maketex`; a "
+     "picture "
+     "that the scene reads with linearize 1 with `--linearize`, and then read it with linearize 0: coarse levels of "
+     "a "
+     "plain one are averages of encoded colours, too dark where these are decoded."},
     {"ASSET-TEXTURE-",
      "A texture file was found but not all of it can be used: it cannot be read, lacks the channels asked for, or "
      "had to "
@@ -227,6 +249,13 @@ constexpr Explanation kRooms[] = {
      "it "
      "has. Often a misspelling, or a parameter of a newer or older version of the plug-in of that name."},
     {"PARAM-TYPE", "A parameter's value has another type or length than its plug-in declares. The default is used."},
+    {"PARAM-IMAGE", "A plug-in is told to show an image and is given no name of one. The message says what is seen."},
+    {"PARAM-NO-EFFECT",
+     "A plug-in takes a parameter so that scenes are read, and does nothing with it; the scene sets it to something "
+     "other than its default. `kinora plugins NAME` shows which these are (\"No effect\"), and what to use instead "
+     "where there is something. Of materials and patterns each parameter of a plug-in is told once, at the first "
+     "node "
+     "that sets it."},
     {"PARAM-CHOICE",
      "A parameter whose numbers or words stand for choices (a blend mode, a type of noise, a variable) has one that "
      "stands for none. The message says what is done and, as `kinora plugins NAME`, lists the choices."},
@@ -580,7 +609,8 @@ constexpr Explanation kRooms[] = {
      "channel is magenta. An expression begins with C, the camera, and ends with L, a light, or O, a glowing "
      "surface or a light that the camera sees itself; "
      "between stand events: D, S, <RD>, <T[DS]>, <.S'label'>, D2, <L.'group'>, <RD[^'label']>, sets [...], and the "
-     "operators | * + ? {n,m} ( )."},
+     "operators | * + ? {n,m} ( ). Before all that may stand unoccluded; (light as if nothing were in its way) or "
+     "shadows; (what shadows take of it): both are made of light samples alone, and very noisy on glossy surfaces."},
     {"LPE-",
      "A light path expression is read but cannot be had as it is written: it matches no path, is too large, asks for "
      "what is not told apart. The message says what the channel holds. A light that the camera sees itself is O, "

@@ -71,7 +71,7 @@ int runMaketex(const Arguments& arguments) {
   parser->add_flag("--float", floats, "32-bit floats");
   parser->add_option("--compression", o.compression, "of the file: zip, lzw, piz, none, ...");
   parser->add_flag("--envlatl", o.latlong, "an environment map of latitudes and longitudes");
-  parser->add_flag("--linearize", o.linearize, "decode sRGB to linear light");
+  parser->add_flag("--linearize", o.linearize, "decode sRGB to linear light, for linearize 0");
   parser->add_flag("--nomip", flat, "tiles only, no mip levels");
   parser->add_option("--tile", o.tileSize, "side of a tile, pixels (64)")->check(CLI::Range(8, 4096));
   parser->add_option("--threads", o.threads, "threads (all)")->check(CLI::Range(0, 4096));

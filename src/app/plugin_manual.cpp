@@ -73,8 +73,10 @@ void eachParam(const Descriptor& d, bool outputs, F&& f) {
 
 std::string pluginList(const std::vector<const Descriptor*>& plugins) {
   std::string out;
+  size_t width = 22;
+  for (const Descriptor* d : plugins) width = std::max(width, std::string_view(d->name).size());
   for (const Descriptor* d : sorted(plugins))
-    out += fmt::format("{:<14}{:<24}{}\n", kinora::nameOf(d->kind), d->name, d->doc ? d->doc : "");
+    out += fmt::format("{:<14}{:<{}}  {}\n", kinora::nameOf(d->kind), d->name, width, d->doc ? d->doc : "");
   return out;
 }
 

@@ -35,6 +35,15 @@ TEST(PluginManual, TextHoldsTypesDefaultsRangesAndHelp) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nin\n" << text;
 }
 
+TEST(PluginManual, TheListKeepsNamesAndHelpApart) {
+  Descriptor long_ = kDescriptor;
+  long_.name = "AnExampleOfAPlugInWithALongName";
+  const std::string list = pluginList({&kDescriptor, &long_});
+  EXPECT_NE(list.find("AnExampleOfAPlugInWithALongName  For the test."), std::string::npos) << list;
+  const size_t second = list.find('\n') + 1;
+  EXPECT_EQ(list.find("For"), list.find("For", second) - second) << "one column\n" << list;
+}
+
 TEST(PluginManual, MarkdownKeepsTablesWhole) {
   const std::string page = pluginPage(kDescriptor);
   EXPECT_NE(page.find("| `gain` | float | 0.18 | 0 .. 2 | A factor. |"), std::string::npos) << page;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
 #include "film/light_paths.h"
 #include "film/pixel_filter.h"
 #include "film/sources.h"
@@ -159,9 +160,11 @@ class Describer {
     }
     if (e->flags.holdouts)
       warn("LPE-PREFIX", "source", "asks for holdouts alone (\"holdouts;\")", "it holds all surfaces");
-    if (e->flags.noClamp)
-      warn("LPE-PREFIX", "source", "asks for light that no integrator clamped (\"noclamp;\")",
-           "the integrator's clamp holds for it too", "set clampLuminance of the integrator to 1e30");
+    if (e->flags.noClamp && isClamped())
+      warn(
+          "LPE-PREFIX", "source", "asks for light that no integrator clamped (\"noclamp;\")",
+          "the integrator's clamp holds for it too",
+          "set clampLuminance of the integrator to 1e30 (of PxrUnified indirectClamp, causticClamp and directClamp)");
     if (isThreeFloats(d_.type) && d_.arrayLength <= 1) {
       // "normal lpe:CU6L": a signal, not a colour
       if (d_.type == scene::ValueType::Normal) return normalChannel(d_.name, source);
@@ -170,6 +173,16 @@ class Describer {
     }
     wrongType(c, "it is taken as a colour");
     return c;
+  }
+
+  // Whether the scene's integrator may cut light off, as far as its parameters say: 1e30 is off.
+  bool isClamped() const {
+    const scene::Node* n = scene_.integrator.get();
+    if (!n) return true;
+    const auto isOn = [&](const char* name) { return n->params.getFloat(name, 0) < 1e30f; };
+    if (sameName(n->plugin, "PxrUnified"))
+      return isOn("indirectClamp") || isOn("causticClamp") || isOn("directClamp");
+    return !sameName(n->plugin, "PxrDirectLighting") && isOn("clampLuminance");
   }
 
   void filterRule(Channel& c) {

@@ -365,6 +365,14 @@ TEST_F(Displays, TiffHoldsDataAsFloats) {
   ASSERT_TRUE(image::read(path("a.tif"), a).ok());
   EXPECT_EQ(a.channels[0].type, image::StoredType::UInt16);
   EXPECT_EQ(diagnostics_.count("DISPLAY-CHANNELS"), 1u);
+  for (const char* packing : {"zip", "deflate", "Deflate"}) {
+    scene_.displays[0].params.set(text("compression", packing));
+    DisplayOutput packed(plan(), stockDriver, diagnostics_);
+    ASSERT_TRUE(packed.write(*film, frame()));
+    ASSERT_TRUE(image::read(path("a.tif"), a).ok());
+    EXPECT_EQ(std::get<std::string>(a.metadata.at("compression")), "zip") << packing;
+  }
+  EXPECT_EQ(diagnostics_.count("DISPLAY-PARAMETER"), 0u);
 }
 
 TEST_F(Displays, FormatsThatCannotHoldTheChannelsSayWhichAreMissing) {

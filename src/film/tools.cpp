@@ -149,7 +149,8 @@ ToolResult mergeParts(const std::vector<std::string>& parts, const std::string& 
                         "render and add the missing part");
   const Film& film = *merged.film;
   ToolResult result;
-  result.text = fmt::format("{} parts, samples {}\n", parts.size(), shownRanges(merged.info.ranges));
+  result.text = fmt::format("{} part{}, samples {}\n", parts.size(), parts.size() == 1 ? "" : "s",
+                            shownRanges(merged.info.ranges));
   if (keepShard) {
     if (const image::Status s = writeShard(output, film, merged.info); !s.ok())
       return failed(s, kToolUnwritable, diagnostics);

@@ -13,7 +13,9 @@
 #include "shade/legacy_bxdfs.h"
 #include "shade/missing_patterns.h"
 #include "shade/clock.h"
+#include "shade/connected_bumps.h"
 #include "shade/layered_bxdfs.h"
+#include "shade/ramp_check.h"
 #include "shade/shader_parameters.h"
 #include "shade/standard_shaders.h"
 #include "texture/texture_system.h"
@@ -82,6 +84,7 @@ bool MaterialSet::resolve(const scene::Node& node, Kind kind, Resolved& out) {
     const std::optional<scene::Node> split = withElements(node, *out.plugin, diagnostics_);
     out.values = std::make_unique<ResolvedParams>(*out.plugin, split ? &*split : &node, diagnostics_);
   }
+  if (kind == Kind::Pattern) tellOfRamp(node, diagnostics_);
   out.links.resize(out.plugin->paramCount);
   return true;
 }
@@ -107,9 +110,13 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   const std::pair<const void*, std::string> id(given.get(), variant + '\1' + lpeGroup);
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[given.get()] = given;
-  const scene::NetworkPtr flat = given ? withFlatLayers(*given, registry_, diagnostics_) : nullptr;
+  if (given) noEffect_.tell(*given, Kind::Bxdf, registry_, diagnostics_);
+  const scene::NetworkPtr bumped = given ? withBumpsOfTextures(*given, diagnostics_) : nullptr;
+  if (bumped) keepAlive_[bumped.get()] = bumped;
+  const scene::NetworkPtr& whole = bumped ? bumped : given;
+  const scene::NetworkPtr flat = whole ? withFlatLayers(*whole, registry_, diagnostics_) : nullptr;
   if (flat) keepAlive_[flat.get()] = flat;
-  const scene::NetworkPtr& network = flat ? flat : given;
+  const scene::NetworkPtr& network = flat ? flat : whole;
 
   std::vector<Resolved> nodes;
   Handles handles;
@@ -157,6 +164,7 @@ uint32_t MaterialSet::addDisplacement(const scene::NetworkPtr& network) {
   const std::pair<const void*, std::string> id(network.get(), "");
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[network.get()] = network;
+  noEffect_.tell(*network, Kind::Displacement, registry_, diagnostics_);
   const scene::Node& node = *network->terminal;
   std::vector<Resolved> nodes;
   Handles handles;

@@ -15,6 +15,7 @@
 #include "film/light_paths.h"
 #include "plugin/registry.h"
 #include "scene/scene.h"
+#include "shade/no_effect.h"
 #include "shade/shader_groups.h"
 #include "shade/shader_library.h"
 
@@ -145,6 +146,7 @@ class MaterialSet {
   uint32_t width_;
   const film::LightPaths& paths_;
   ShaderLibrary& shaders_;
+  NoEffect noEffect_;
   std::vector<Material> materials_;
   std::map<uint32_t, Extinction> extinctions_;  // by material
   std::vector<std::unique_ptr<Program>> programs_;

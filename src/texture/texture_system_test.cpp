@@ -457,6 +457,20 @@ TEST_F(TextureTest, SrgbIsDecodedBeforeFiltering) {
   EXPECT_NEAR(look(system_, flat, 0.5f, 0.5f, 0.3f, o).v[0], decoded, 5e-4f);
 }
 
+// maketex --linearize makes such files, and TIFF has no place to say so.
+TEST_F(TextureTest, DecodingNumbersThatAreLightIsTold) {
+  const auto half = [](int, int, float* out) { out[0] = out[1] = out[2] = 0.5f; };
+  write("light.exr", 8, 8, 3, OIIO::TypeHalf, half);
+  write("codes.png", 8, 8, 3, OIIO::TypeUInt8, half);
+  TextureOptions decoded;
+  decoded.linearize = 1;
+  look(system_, system_.handle(path("codes.png"), {}), 0.5f, 0.5f, 0, decoded);
+  look(system_, system_.handle(path("light.exr"), {}), 0.5f, 0.5f);
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-DECODED"), 0u);
+  for (int time = 0; time < 2; ++time) look(system_, system_.handle(path("light.exr"), {}), 0.5f, 0.5f, 0, decoded);
+  EXPECT_EQ(diagnostics_.count("ASSET-TEXTURE-DECODED"), 1u);
+}
+
 TEST_F(TextureTest, AtlasOfFiles) {
   constant("skin.1001.tif", 0.2f);
   constant("skin.1002.tif", 0.4f);

@@ -233,6 +233,20 @@ TEST(LightPathChannels, MalformedOnesAreToldAndSeen) {
   EXPECT_GT(mean(r, "wrong"), 0.01) << "as a colour";
 }
 
+TEST(LightPathChannels, WithoutAClampNoclampIsNotTold) {
+  for (const char* most : {"10", "1e30"}) {
+    RenderRequest q;
+    q.rib = room(channel("all", "noclamp;C.*[LO]"));
+    q.channels = "Ci,all";
+    q.settings.samplesPerPixel = 1;
+    q.settings.integrator = "PxrPathTracer";
+    q.settings.sets.emplace_back("integrator.clampLuminance", most);
+    SceneRender r(q);
+    ASSERT_TRUE(r.ok());
+    EXPECT_EQ(says(r, "LPE-PREFIX"), std::string(most) == "10");
+  }
+}
+
 TEST(LightPathChannels, SignalsOfUserLobes) {
   RenderRequest q;
   q.rib = room(channel("white", "nothruput;noinfinitecheck;noclamp;unoccluded;overwrite;C<.S'passthru'>*((U2L)|O)") +

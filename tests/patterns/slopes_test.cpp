@@ -207,6 +207,39 @@ TEST(Slopes, BumpIsTheDisplacedCard) {
       }
 }
 
+// A bump has no slopes of what feeds its height, but it has the file of a texture.
+TEST(Slopes, ATextureAtInputBumpIsTheBumpsOwn) {
+  const std::string file = "\"string filename\" [\"" + pictureFile("kinora_heights.exr", true) + "\"] ";
+  const Card& c = kCards[3];
+  const Place p{true, 90, 1.5, -0.7};
+  const std::string manifold = "\"reference struct manifold\" [\"place:result\"]\n";
+  Renders own, fed;
+  own.patterns = p.rib("") + "Pattern \"PxrBump\" \"it\" \"float scale\" [3] " + file + manifold;
+  for (const char* output : {"resultR", "resultG", "resultRGB"}) {
+    fed.patterns =
+        p.rib("") + "Pattern \"PxrTexture\" \"image\" \"color colorScale\" [1.5 1.5 1.5] " + file + manifold +
+        "Pattern \"PxrBump\" \"it\" \"float scale\" [2] \"reference float inputBump\" [\"image:" + output + "\"]\n";
+    expectNormal(fed.normal(c), own.normal(c), output);
+  }
+  fed.patterns = "Pattern \"PxrTexture\" \"image\" \"int invertT\" [0] " + file +
+                 "\nPattern \"PxrBump\" \"it\" \"reference float inputBump\" [\"image:resultB\"]\n";
+  own.patterns = "Pattern \"PxrBump\" \"it\" \"int invertT\" [0] " + file + "\n";
+  expectNormal(fed.normal(c), own.normal(c), "without manifold");
+}
+
+TEST(Slopes, WhatHasNoSlopesIsTold) {
+  RenderRequest r;
+  r.rib =
+      "Format 8 8 1\nHider \"raytrace\" \"int maxsamples\" [1]\nProjection \"orthographic\"\nWorldBegin\n"
+      "Pattern \"PxrFractal\" \"f\"\nPattern \"PxrBump\" \"b\" \"reference float inputBump\" [\"f:resultF\"]\n"
+      "Bxdf \"PxrDiffuse\" \"m\" \"reference normal bumpNormal\" [\"b:resultN\"]\n"
+      "PointsPolygons [4] [0 1 2 3] \"P\" [-1 -1 2 1 -1 2 1 1 2 -1 1 2]\nWorldEnd\n";
+  SceneRender s(r);
+  EXPECT_TRUE(s.ok());
+  EXPECT_TRUE(says(s, "PATTERN-BUMP"));
+  EXPECT_TRUE(says(s, "'f:resultF' (PxrFractal)"));
+}
+
 // Projections along axes: the card faces z, so that the picture lies in x and y.
 TEST(Slopes, BumpOfAProjectionIsTheDisplacedCard) {
   const std::string file = pictureFile("kinora_heights.exr", true);

@@ -2,6 +2,7 @@
 // and derivatives mean what those of C++ patterns mean; materials that differ in numbers share a program; what is
 // broken is told with its place and seen.
 #include "fixture.h"
+#include "shade/no_effect.h"
 
 namespace kinora::tests {
 namespace {
@@ -107,6 +108,67 @@ TEST_F(Shaders, WhatIsBrokenIsToldWithItsPlaceAndSeen) {
   ASSERT_EQ(wrong.messages().size(), 2u);
   EXPECT_NE(wrong.messages()[0].find("PARAM-UNKNOWN"), std::string::npos);
   EXPECT_NE(wrong.messages()[1].find("PARAM-CONNECTION"), std::string::npos);
+}
+
+TEST_F(Shaders, ParametersWithoutEffectAreTold) {
+  const auto said = [&](const std::string& network) {
+    SceneRender render(requestOf(network));
+    for (const std::string& m : render.messages())
+      if (m.find("PARAM-NO-EFFECT") != std::string::npos) return m;
+    return std::string();
+  };
+  EXPECT_NE(said("Bxdf \"PxrSurface\" \"m\" \"int shadowMode\" [1] \"color shadowColor\" [1 0 0]\n")
+                .find("'shadowColor', 'shadowMode'"),
+            std::string::npos);
+  EXPECT_EQ(said("Bxdf \"PxrSurface\" \"m\" \"int shadowMode\" [0] \"color shadowColor\" [0 0 0]\n"), "");
+  // materials that others are made of, which become one before they are shaded
+  EXPECT_NE(said("Bxdf \"LamaConductor\" \"c\" \"float tailMix\" [.5]\nBxdf \"LamaDiffuse\" \"d\"\n"
+                 "Bxdf \"LamaLayer\" \"l\" \"reference struct materialTop\" [\"c:bxdf_out\"] "
+                 "\"reference struct materialBase\" [\"d:bxdf_out\"]\n")
+                .find("LamaConductor 'c': parameters without effect in this version: 'tailMix'"),
+            std::string::npos);
+  EXPECT_NE(said("Bxdf \"LamaLayer\" \"l\" \"float topThickness\" [1]\n").find("'topThickness'"), std::string::npos);
+  EXPECT_NE(said("Pattern \"PxrHairColor\" \"n\" \"int colorSpace\" [1]\nBxdf \"PxrConstant\" \"m\" \"reference "
+                 "color emitColor\" [\"n:resultDiff\"]\n")
+                .find("'colorSpace'"),
+            std::string::npos);
+}
+
+TEST_F(Shaders, RampsThatCannotBeAreTold) {
+  const auto said = [&](const std::string& ramp) {
+    SceneRender render(requestOf("Pattern \"PxrRamp\" \"n\" " + ramp +
+                                 "\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultRGB\"]\n"));
+    return render.messages().empty() ? std::string() : render.messages()[0];
+  };
+  const std::string two = "\"color[2] colorRamp_Colors\" [0 0 0  1 1 1]";
+  EXPECT_EQ(said("\"float[2] colorRamp_Knots\" [0 1] " + two), "");
+  EXPECT_EQ(said("\"float[2] colorRamp_Knots\" [.5 .5] " + two), "") << "a step";
+  EXPECT_NE(said("\"float[3] colorRamp_Knots\" [0 .5 1] " + two).find("3 knots and 2 colours"), std::string::npos);
+  EXPECT_NE(said("\"float[2] colorRamp_Knots\" [1 0] " + two).find("PATTERN-RAMP"), std::string::npos);
+  EXPECT_NE(said("\"float[2] positions\" [.7 .2] \"color[2] colors\" [0 0 0  1 1 1]").find("do not ascend"),
+            std::string::npos);
+}
+
+TEST(NoEffect, EachParameterIsToldOnce) {
+  Registry registry;
+  Diagnostics diagnostics([](const std::string&, Severity) {});
+  const auto networkOf = [](const char* parameter) {
+    auto node = std::make_shared<scene::Node>();
+    node->kind = "Bxdf";
+    node->plugin = "LamaConductor";
+    scene::Parameter p;
+    p.name = parameter;
+    p.floats = {0.5f};
+    node->params.set(p);
+    scene::Network n;
+    n.terminal = node;
+    return n;
+  };
+  shade::NoEffect report;
+  for (int object = 0; object < 3; ++object)
+    for (const char* parameter : {"tailMix", "tailLength", "roughness"})
+      report.tell(networkOf(parameter), Kind::Bxdf, registry, diagnostics);
+  EXPECT_EQ(diagnostics.count("PARAM-NO-EFFECT"), 2u);
 }
 
 TEST_F(Shaders, WritingThePointChangesNothingForOthers) {

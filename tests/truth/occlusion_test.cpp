@@ -81,6 +81,13 @@ TEST(ValidateBxdf, ASoundMaterialIsPureGreen) {
   EXPECT_EQ(overPixels(picture, 2).mean(), 0);
 }
 
+TEST(Visualizer, AMatCapWithoutAnImageIsTold) {
+  RenderRequest r;
+  r.rib = plane("Integrator \"PxrVisualizer\" \"i\" \"string style\" [\"matcap\"]\n", "", 4);
+  SceneRender render(r);
+  EXPECT_TRUE(says(render, "PARAM-IMAGE"));
+}
+
 TEST(Visualizer, StylesOfAPlane) {
   const auto show = [](const std::string& parameters, int component) {
     RenderRequest r;

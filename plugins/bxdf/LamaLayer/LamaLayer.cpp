@@ -13,7 +13,7 @@ constexpr Param kParams[] = {
     param::structure("materialBase")
         .help("What lies under it: it gets what the top lets through, the lesser of the ways in and out."),
     param::number("topMix", 1.f).help("Visibility of the top: 0 the base alone."),
-    param::number("topThickness", 0.f).help("Not rendered yet: kept, without effect. Absorption in the top.")};
+    param::number("topThickness", 0.f).help("No effect yet. Absorption in the top.")};
 
 struct LamaLayer {
   static void begin(const Context&, lama::Closure&) {}

@@ -37,7 +37,7 @@ enum : uint32_t {
   kSubsurfaceAnisotropy,
   kSsAnisotropy
 };
-#define LATER "Not rendered yet: kept, without effect. "
+#define LATER "No effect yet. "
 constexpr Param kParams[] = {
     param::color("baseColor", 0.5f).help("Colour of the surface: diffuse, of the metal, or of glass."),
     param::color("emitColor", 0.f).help("Radiance given off, on both sides."),

@@ -81,7 +81,7 @@ constexpr Param kParams[] = {
     param::color("glowColor", 1.f).help("Radiance that the fibre gives off."),
     param::number("specularEnergyCompensation", 0.f)
         .help("1: the diffuse lobe gets what the others leave. 0: it is added to them."),
-    param::color("shadowColor", 0.f).help("Not rendered yet: kept, without effect. Colour of shadows cast."),
+    param::color("shadowColor", 0.f).help("No effect yet. Colour of shadows cast."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::make(Type::Int, "inputAOV", 0, 0, 0).help("For patterns that write channels; without effect on light."),
 };

@@ -6,7 +6,7 @@
 
 namespace kinora::pxrSurface {
 
-#define PXRSURFACE_LATER "Not rendered yet: kept, without effect. "
+#define PXRSURFACE_LATER "No effect yet. "
 
 // The parameters that specular, rough specular and clear coat have in common.
 #define PXRSURFACE_SPECULAR(P, what, rough)                                                                          \
@@ -195,7 +195,7 @@ constexpr Param kParams[] = {
               "subsurfaceResolveSelfIntersections."),
     param::integer("maxContinuationHits", 2)
         .range(0, 16)
-        .help("Accepted: paths pass as many inner surfaces as there are."),
+        .help("No effect: paths pass as many inner surfaces as there are."),
     param::number("followTopology", 0.f)
         .range(0, 1)
         .help(

@@ -32,7 +32,7 @@ struct ThreeParams {
 };
 }  // namespace kinora::lama
 
-#define KINORA_LAMA_LATER "Not rendered yet: kept, without effect. "
+#define KINORA_LAMA_LATER "No effect yet. "
 // Parameters that several nodes have in common.
 #define KINORA_LAMA_TINTS                                                    \
   param::color("reflectionTint", 1.f).help("Multiplies what is reflected."), \
@@ -92,7 +92,7 @@ struct ThreeParams {
       param::color(p "FarColor", 0.18f).help("The third's colour.")
 #define KINORA_LAMA_COMMON                                                                                       \
   param::color("shadowColor", 0.f).help(KINORA_LAMA_LATER "Colour of shadows cast."),                            \
-      param::number("energyCompensation", 1.f).help("Accepted: what facets lose always comes back."),            \
+      param::number("energyCompensation", 1.f).help("No effect: what facets lose always comes back."),           \
       param::integer("bumpShadowing", 1).range(0, 1).help(KINORA_LAMA_LATER "Softens the terminator of bumps."), \
       param::string("lobeName", "").help(KINORA_LAMA_LATER "Name of the lobe in light path expressions."),       \
       param::string("matte", "").help(KINORA_LAMA_LATER "Name of a matte.")

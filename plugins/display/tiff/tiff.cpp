@@ -2,6 +2,7 @@
 // (scene-linear). Without a word about it, colours and alpha are 8 bits and a picture with data (depth, ids) is
 // floats.
 #include <kinora/display_codes.h>
+#include <strings.h>
 
 #include <cstring>
 #include <memory>
@@ -23,8 +24,8 @@ const Param kParams[] = {
         .range(-1, 2)
         .help("1: 8 bits; 0: 16 bits; 2: floats; -1: 8 bits, floats where there is data"),
     param::string("compression", "lzw")
-        .options("none|lzw|zip|packbits")
-        .help("How pixels are packed; all are lossless."),
+        .options("none|lzw|zip|deflate|packbits")
+        .help("How pixels are packed; all are lossless. deflate is another name of zip."),
     param::string("view", "")
         .help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": none"),
 };
@@ -52,7 +53,8 @@ struct Tiff {
       file.attribute("oiio:ColorSpace", "linear");
     else
       stateColorSpace(file, d);
-    file.attribute("compression", info.string(kCompression));
+    const char* packing = info.string(kCompression);
+    file.attribute("compression", strcasecmp(packing, "deflate") == 0 ? "zip" : packing);
     if (d.pixelAspect > 0) file.attribute("PixelAspectRatio", d.pixelAspect);
     for (uint32_t i = 0; i < d.metadataCount; ++i) {
       const DisplayMetadata& m = d.metadata[i];

@@ -67,6 +67,9 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     if (k->matCap && (!k->matCap->pixels || !k->matCap->width || !k->matCap->height || !k->matCap->channels))
       k->matCap = nullptr;
   }
+  // files that cannot be read are told by the host
+  if (k->style == Style::MatCap && file.empty())
+    v.warn("PARAM-IMAGE", "style matcap shows an image, and matCap names none", "surfaces are white");
   return k;
 }
 }  // namespace kinora::pxrVisualizer

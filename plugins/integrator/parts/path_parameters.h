@@ -10,11 +10,8 @@
 
 namespace kinora::pathParameters {
 
-inline constexpr Param kMaxIndirectBounces = param::integer("maxIndirectBounces", 8)
-                                                 .range(0, 1000)
-                                                 .help(
-                                                     "Indirect bounces allowed; 0 is direct light only. Where paths "
-                                                     "are traced from lights, 15 at most (PARAM-RANGE).");
+inline constexpr Param kMaxIndirectBounces =
+    param::integer("maxIndirectBounces", 8).range(0, 1000).help("Indirect bounces allowed; 0 is direct light only.");
 inline constexpr Param kNumLightSamples = param::integer("numLightSamples", 1)
                                               .range(0, 64)
                                               .help("Light samples at each camera hit; deeper vertices take one.");

@@ -1,7 +1,8 @@
 // PxrBump: the slope of an image of heights bends the normal. Slopes are differences of two lookups a footprint
 // apart, so that they fade with distance like the image; the gradients of the texture coordinates take them to the
-// surface, so that they follow the picture however a manifold turns, mirrors or stretches it. Patterns connected to
-// inputBump have no derivatives here and leave the normal as it is; displacement or PxrNormalMap serve there.
+// surface, so that they follow the picture however a manifold turns, mirrors or stretches it. A PxrTexture connected to
+// inputBump has become this node's own file before shading (shade/connected_bumps); other patterns have no slopes
+// and leave the normal as it is.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
 #include <kinora/pattern_author.h>
 
@@ -24,12 +25,15 @@ enum : uint32_t {
   kInputN,
   kReverse,
   kAdjustAmount,
-  kSurfaceNormalMix
+  kSurfaceNormalMix,
+  kLinearize
 };
 constexpr Param kParams[] = {
     param::number("scale", 1.f).range(-2, 2).help("Height of white, render units."),
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
-    param::number("inputBump", 0.f).help("Accepted; heights come from the image."),
+    param::number("inputBump", 0.f)
+        .help("A PxrTexture connected here gives file, manifold, linearize and colorScale; other patterns have no "
+              "slopes and bend nothing (PATTERN-BUMP)."),
     param::string("filename", "").file().help("Image of heights."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
     KINORA_IMAGE_ATLAS,
@@ -40,8 +44,9 @@ constexpr Param kParams[] = {
     param::structure("manifold").gradients().help("Texture coordinates; st where not connected."),
     param::normal("inputN").help("Normal that the heights bend further."),
     param::integer("reverse", 0).range(0, 1).help("1: white is low."),
-    param::number("adjustAmount", 1.f).help("Accepted; materials bend averted normals themselves."),
+    param::number("adjustAmount", 1.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
+    param::integer("linearize", 0).range(0, 1).help("1: heights are decoded from sRGB before they are filtered."),
     param::output(Type::Normal, "resultN"),
     param::output(Type::Vector, "resultNG"),
 };
@@ -74,6 +79,7 @@ struct PxrBump {
     o.firstChannel = fixedInteger(*c, kFirstChannel);
     o.interpolateLevels = fixedInteger(*c, kLerp);
     o.filter = 2;
+    o.linearize = fixedInteger(*c, kLinearize);
     o.missingColor[0] = o.missingColor[1] = o.missingColor[2] = 0.f;
     // heights at the point, a step along s, a step up t
     float *height[3], *st[3], *radius[3], *rest[3];

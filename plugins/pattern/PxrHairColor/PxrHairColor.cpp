@@ -33,7 +33,7 @@ enum : uint32_t {
 #define KINORA_BY_HAIR " Needs hairIndexPrimvar."
 constexpr Param kParams[] = {
     param::integer("mode", 0).range(0, 1).options("0 melanin, 1 colour").help("What the colour of hair is made of."),
-    param::integer("colorSpace", 0).range(0, 1).help("Accepted: colours are scene-linear."),
+    param::integer("colorSpace", 0).range(0, 1).help("No effect: colours are scene-linear."),
     param::number("melanin", 0.2f)
         .help("Concentration of melanin: 0 white, 0.2 blond, 0.5 brown, 0.8 dark brown, 1 black."),
     param::color("color", 0.5f)
@@ -55,7 +55,7 @@ constexpr Param kParams[] = {
     param::number("randomDyeSaturation", 0.f).help("Largest change of the dye's saturation." KINORA_BY_HAIR),
     param::string("hairIndexPrimvar", "")
         .help("Primitive variable that is another number for each hair (uniform). Empty: all hairs are alike."),
-    param::number("randPivot", 0.5f).help("Accepted: variations go to both sides alike."),
+    param::number("randPivot", 0.5f).help("No effect: variations go to both sides alike."),
     param::output(Type::Color, "resultDiff"),
     param::output(Type::Color, "resultTT"),
     param::output(Type::Color, "resultTRT"),

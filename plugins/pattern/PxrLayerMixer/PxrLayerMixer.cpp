@@ -35,9 +35,7 @@ constexpr Param kParams[] = {
     param::structure("layer2").help("A whole layer over layer1."),
     param::structure("layer3").help("A whole layer over layer2."),
     param::structure("layer4").help("A whole layer over layer3."),
-    param::integer("enableDiffuseAlways", 1)
-        .range(0, 1)
-        .help("Accepted, without effect: diffuse can be switched off."),
+    param::integer("enableDiffuseAlways", 1).range(0, 1).help("No effect: diffuse can be switched off."),
     KINORA_LAYER_OUTPUTS};
 constexpr uint32_t kLayerSize = kLobes + kMemberCount, kLayerCount = 4;
 constexpr uint32_t kEnabled = (1 + kLayerCount) * kLayerSize, kMask = kEnabled + 1;  // of layer1; then every second

@@ -5,10 +5,10 @@
 KINORA_KERNELS_BEGIN
 
 #define KINORA_MATTE(n) \
-  param::color("matteTexture" #n, 0.f).help("Accepted, without effect: of the channel MatteID" #n ".")
+  param::color("matteTexture" #n, 0.f).help("No effect yet. What the channel MatteID" #n " shows.")
 constexpr Param kParams[] = {
     param::integer("inputAOV", 0).help("Accepted: the order of such nodes."),
-    param::integer("enable", 1).range(0, 1).help("Accepted."),
+    param::integer("enable", 1).range(0, 1).help("No effect: there is nothing to switch off."),
     KINORA_MATTE(0),
     KINORA_MATTE(1),
     KINORA_MATTE(2),

@@ -52,7 +52,7 @@ constexpr Param kParams[] = {
         .help("Texture coordinates, which the normals lean along; st where not connected. Connect it for a picture "
               "behind inputRGB too."),
     param::integer("reverse", 0).range(0, 1).help("1: slopes the other way, on top of invertBump."),
-    param::number("adjustAmount", 0.f).help("Accepted; materials bend averted normals themselves."),
+    param::number("adjustAmount", 0.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
     param::output(Type::Normal, "resultN"),

@@ -49,9 +49,9 @@ constexpr Param kParams[] = {
     param::number("frontFalloff", 0.f).help("How resultMask falls off towards the sides: power of the cosine."),
     param::integer("traceOcclusion", 0)
         .range(0, 1)
-        .help("Accepted; patterns trace no rays, nothing hides a picture."),
-    param::number("traceMaxDistance", 10000.f).help("Accepted, as traceOcclusion."),
-    param::string("traceSet", "").help("Accepted, as traceOcclusion."),
+        .help("No effect yet. Nothing hides the picture from what lies behind."),
+    param::number("traceMaxDistance", 10000.f).help("No effect: see traceOcclusion."),
+    param::string("traceSet", "").help("No effect: see traceOcclusion."),
     param::integer("resolutionX", 2048).range(1, 16384).help("Width of the picture: its shape for filmFit."),
     param::integer("resolutionY", 1556).range(1, 16384).help("Height of the picture."),
     param::number("focalLength", 50.f).range(1, 500).help("Of a perspective projector, millimetres."),

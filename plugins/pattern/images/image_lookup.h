@@ -20,7 +20,9 @@
       param::integer("filter", 1)                                                                    \
           .range(0, 7)                                                                               \
           .options("0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian")             \
-          .help("Filter of lookups."),                                                               \
+          .help(                                                                                     \
+              "Filter of lookups. 7 is the b-spline where texels are larger than the footprint: "    \
+              "free of facets, and softer than the curve of its name; elsewhere 1."),                \
       KINORA_IMAGE_BLUR,                                                                             \
       param::color("missingColor", 1, 0, 1)                                                          \
           .fixed()                                                                                   \

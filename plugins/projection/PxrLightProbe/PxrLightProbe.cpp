@@ -61,5 +61,8 @@ struct PxrLightProbe {
 };
 KINORA_KERNELS_END
 
-KINORA_PROJECTION(PxrLightProbe, .help = "All directions in a disk, as a mirrored ball shows them.",
+KINORA_PROJECTION(PxrLightProbe,
+                  .help =
+                      "All directions in a disk: the distance from the middle is the angle to the view axis, 180 "
+                      "degrees at the rim.",
                   .setUp = setUp<pxrLightProbe::Data>)

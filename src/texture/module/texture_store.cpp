@@ -205,8 +205,9 @@ struct OpenTextures final : texture::TextureStore {
     if (!facts.mipMapped && levelFolder.empty())
       diagnostics.info("ASSET-TEXTURE-UNPREPARED", request.pos,
                        "texture '" + path +
-                           "' is not mip-mapped; coarse levels are made while rendering; convert it with "
-                           "'maketex', or name a folder with --texture-folder, to save time and memory");
+                           "' is not mip-mapped; coarse levels are made while rendering; name a folder with "
+                           "--texture-folder, or convert it with 'maketex' (what linearize 1 decodes: with 'maketex "
+                           "--linearize', and linearize 0), to save time and memory");
     Source* raw = source.get();
     sources.push_back(std::move(source));
     sourceOfPath.emplace(path, raw);
@@ -309,6 +310,13 @@ struct OpenTextures final : texture::TextureStore {
     if (Cache::TextureHandle* h = s.decoded.load(std::memory_order_acquire)) return h;
     std::lock_guard lock(mutex);
     if (Cache::TextureHandle* h = s.decoded.load(std::memory_order_acquire)) return h;
+    // TIFF does not record that colours are light, so that the type of the numbers is all there is to judge by
+    if (s.facts.format.is_floating_point() && !image::Colors::ofEnvironment().isManaged())
+      diagnostics.info(
+          "ASSET-TEXTURE-DECODED", s.pos,
+          "texture '" + s.facts.path +
+              "' holds floating-point numbers, which are light already in most files (maketex --linearize "
+              "makes such), and linearize 1 decodes them from sRGB once more; for light use linearize 0");
     const OIIO::ustring name(texture::kSrgbPrefix + s.facts.path);
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
