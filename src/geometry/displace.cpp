@@ -28,12 +28,19 @@ struct SmoothPieces {
   std::vector<uint32_t> ofVertex;
   uint32_t count = 0;
   SmoothPieces(const Mesh& mesh, const Primvar& n, const Micropolygons& grid) : ofVertex(mesh.vertexCount) {
+    const size_t keys = mesh.movesWithKeys(n) ? size_t(mesh.keyCount()) : 1;
+    const auto isSmooth = [&](uint32_t v, uint32_t w) {  // at all times
+      bool yes = true;
+      for (size_t k = 0; k < keys && yes; ++k)
+        yes = normalAt(mesh, n, k, v).dot(normalAt(mesh, n, k, w)) > kSameNormal;
+      return yes;
+    };
     for (size_t p = 0; p + 1 < grid.first.size(); ++p)
       for (uint32_t i = grid.first[p]; i < grid.first[p + 1]; ++i) {
         const uint32_t v = grid.ofPoint[i];
         uint32_t like = i;
         for (uint32_t j = grid.first[p]; j < i && like == i; ++j)
-          if (normalAt(mesh, n, 0, v).dot(normalAt(mesh, n, 0, grid.ofPoint[j])) > kSameNormal) like = j;
+          if (isSmooth(v, grid.ofPoint[j])) like = j;
         ofVertex[v] = like == i ? count++ : ofVertex[grid.ofPoint[like]];
       }
   }

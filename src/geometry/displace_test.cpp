@@ -308,6 +308,29 @@ TEST(Displace, EachKeyMovesForItself) {
   }
 }
 
+// Two quads that lie flat at first and are folded later are two pieces at both times: what tilts one leaves the normals
+// of the other.
+TEST(Displace, PiecesAreApartWhereAFoldComesLater) {
+  const std::vector<float> flat{-1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 1, 0, 0, 1, 0, 1, 1, 0};
+  std::vector<float> folded = flat;
+  for (const size_t i : {0u, 2u, 3u, 5u}) folded[3 * i + 2] = 0.6f;
+  scene::Primitive p = polygonsOf({{}, {4, 4}, {0, 1, 4, 3, 1, 2, 5, 4}}, flat);
+  p.times = {0, 1};
+  scene::ParameterList later;
+  later.set(points(folded));
+  p.motion.push_back(later);
+  Mesh m = refined(made(p), displaced(0.25));
+  ASSERT_EQ(m.keyCount(), 2);
+  move(m, [](const V3d& at, const V3d& n, size_t) { return at.x < 0 ? n * -at.x : V3d(0); });
+  size_t onFold = 0;
+  for (uint32_t v = 0; v < m.vertexCount; ++v) {
+    if (std::abs(vertex(m, v, 1).x) > 1e-6 || normal(m, v, 1).x > 0) continue;  // the fold, seen from the right
+    ++onFold;
+    EXPECT_LT((normal(m, v, 1) - V3d(-0.6, 0, 1).normalized()).length(), 1e-5);
+  }
+  EXPECT_GE(onFold, 5u);
+}
+
 TEST(Displace, WhatIsNoNumberStaysAndIsCounted) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   for (const double bad : {nan, infinity, 1e20}) {

@@ -372,9 +372,12 @@ uint32_t Subdivider::emit(Site site) {
                                       : nullptr;
   if (head)
     for (uint32_t v = *head; v != kNone; v = nextAt_[v]) {
-      const V3d& n = outNormals_[0][v];
-      const bool undefined = n == V3d(0) || sampleNormal_[0] == V3d(0);
-      bool same = undefined || n.dot(sampleNormal_[0]) > kSameNormal;
+      bool same = true;  // at all times: what is flat now may fold
+      for (size_t k = 0; k < keys_.size() && same; ++k) {
+        const V3d& n = outNormals_[k][v];
+        const bool undefined = n == V3d(0) || sampleNormal_[k] == V3d(0);
+        same = undefined || n.dot(sampleNormal_[k]) > kSameNormal;
+      }
       int at = 0;
       for (const Channel& c : channels_) {
         if (c.kind == Channel::Kind::FaceVarying)

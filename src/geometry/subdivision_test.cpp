@@ -346,6 +346,44 @@ TEST(Subdivision, DeformationKeysShareTheirPoints) {
   EXPECT_EQ(m.find("N")->data.size(), size_t(m.vertexCount) * 6);
 }
 
+// Vertices come apart where normals differ at any time: what is flat at first may be folded later.
+TEST(Subdivision, CreasesThatAreFlatAtFirstStaySharp) {
+  CageData flat, folded;
+  flat.points = {{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-1, 1, 0}, {0, 1, 0}, {1, 1, 0}};
+  flat.sizes = {4, 4};
+  flat.vertices = {0, 1, 4, 3, 1, 2, 5, 4};
+  folded = flat;
+  for (const size_t i : {0u, 2u, 3u, 5u}) folded.points[i].z = 0.6;
+  const std::vector<SubdivisionMesh::Tag> tags{tag("interpolateboundary", {1}), tag("crease", {1, 4}, {10})};
+  scene::Primitive p = subdivision(flat, "catmull-clark", tags);
+  p.times = {0, 1};
+  p.motion.resize(1);
+  p.motion[0].set(*subdivision(folded).primvars.find("P"));
+  const Mesh m = made(p, edge(0.3)), still = made(subdivision(folded, "catmull-clark", tags), edge(0.3));
+  ASSERT_EQ(m.keyCount(), 2);
+  const std::vector<float>&n = m.find("N")->data, &of = still.find("N")->data;
+  const auto normal = [](const std::vector<float>& all, size_t v) {
+    return V3d(all[3 * v], all[3 * v + 1], all[3 * v + 2]);
+  };
+  size_t onCrease = 0;
+  for (uint32_t v = 0; v < m.vertexCount; ++v) {
+    const V3d here = vertex(m, v, 1);
+    if (std::abs(here.x) > 1e-6) continue;
+    ++onCrease;
+    double best = -1;
+    for (uint32_t w = 0; w < still.vertexCount; ++w)
+      if ((vertex(still, w) - here).length() < 1e-5)
+        best = std::max(best, normal(of, w).dot(normal(n, m.vertexCount + v)));
+    EXPECT_GT(best, 0.9999);
+    EXPECT_GT(std::abs(normal(n, m.vertexCount + v).x), 0.1);
+  }
+  EXPECT_GE(onCrease, 4u);
+  std::array<int, 2> sides{};
+  for (uint32_t v = 0; v < m.vertexCount; ++v)
+    if (std::abs(vertex(m, v, 1).x) < 1e-6) ++sides[size_t(normal(n, m.vertexCount + v).x > 0)];
+  EXPECT_EQ(sides[0], sides[1]);
+}
+
 TEST(Subdivision, OrientationTurnsNormalsAndSides) {
   scene::Primitive p = subdivision(cube());
   const Mesh out = made(p);
@@ -458,6 +496,33 @@ TEST(Subdivision, BadTagsAreToldAndLeftOut) {
                             {}, d);
   ASSERT_TRUE(m.has_value());
   for (const V3f& v : m->points) ASSERT_TRUE(std::isfinite(v.x + v.y + v.z));
+}
+
+// Two quads that share two edges, an inner vertex of valence 2 between: OpenSubdiv reads beyond its arrays where one of
+// them is sharp.
+TEST(Subdivision, CreasesOfFacesThatShareTwoEdgesAreLeftOut) {
+  CageData c;
+  c.points = {{-.8, -.8, 0}, {-.5, -.8, 0}, {-.5, -.5, 0}, {-.8, -.5, 0}, {-.2, -.8, 0}, {-.3, -.5, 0}};
+  c.sizes = {4, 4};
+  c.vertices = {0, 1, 2, 3, 1, 0, 5, 2};
+  const auto boundary = tag("interpolateboundary", {1});
+  Quiet d;
+  const auto creased = tessellate(subdivision(c, "catmull-clark", {boundary, tag("crease", {1, 2}, {3.5f})}), {}, d);
+  ASSERT_TRUE(creased.has_value());
+  EXPECT_EQ(d.count("GEOM-TAG"), 1u);
+  EXPECT_EQ(creased->points, made(subdivision(c, "catmull-clark", {boundary})).points);
+  // Other creases of the mesh stay.
+  CageData both = cube();
+  for (const V3d& p : c.points) both.points.push_back(p + V3d(5, 0, 0));
+  both.sizes.insert(both.sizes.end(), {4, 4});
+  for (const int v : c.vertices) both.vertices.push_back(8 + v);
+  Quiet told;
+  const auto m = tessellate(
+      subdivision(both, "catmull-clark", {boundary, tag("crease", {9, 10}, {3.5f}), tag("crease", {0, 1}, {10})}), {},
+      told);
+  ASSERT_TRUE(m.has_value());
+  EXPECT_EQ(told.count("GEOM-TAG"), 1u);
+  EXPECT_LT(nearest(*m, V3d(0, -1, -1)), nearest(made(subdivision(cube())), V3d(0, -1, -1)) - 0.1);
 }
 
 TEST(Subdivision, TimeAndMemory) {

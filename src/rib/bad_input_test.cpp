@@ -147,6 +147,15 @@ INSTANTIATE_TEST_SUITE_P(
                    "2]\nMotionEnd",
                    "RIB-MOTION", 4, 1},
         BadRequest{"MotionStatic", "MotionBegin [0 1]\nSides 1\nSides 2\nMotionEnd", "RIB-MOTION-STATIC", 3, 0},
+        BadRequest{"MotionVolume",
+                   "MotionBegin [0 1]\nVolume \"box\" [0 1 0 1 0 1] [0 0 0]\nVolume \"box\" [2 3 0 1 0 1] [0 0 "
+                   "0]\nMotionEnd",
+                   "RIB-MOTION-STATIC", 3, 1},
+        BadRequest{"MotionBlobby",
+                   "MotionBegin [0 1]\n"
+                   "Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] [\"\"]\n"
+                   "Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 2 0 0 1] [\"\"]\nMotionEnd",
+                   "RIB-MOTION-STATIC", 3, 1},
         BadRequest{"Handle", "ObjectInstance \"none\"", "RIB-HANDLE", 2, 0},
         BadRequest{"ObjectInItself", "ObjectBegin 1\nObjectInstance 1\nObjectEnd", "RIB-RECURSION", 3, 0},
         BadRequest{"MissingArchive", "ReadArchive \"/none/of/this.rib\"", "ASSET-MISSING-ARCHIVE", 2, 0},

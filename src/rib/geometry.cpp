@@ -451,6 +451,12 @@ void Interpreter::applyGeometry(std::vector<Request>& keys, const std::vector<do
   }
   auto first = primitive(keys[0]);
   if (!first) return;
+  if (std::holds_alternative<OtherPrimitive>(first->shape)) {  // Blobby, Volume, Geometry: made once
+    report(Severity::Warning, "RIB-MOTION-STATIC", keys[0].pos, keys[0].name + " does not move",
+           "its first value is used", "its transform may move");
+    emit(std::move(*first));
+    return;
+  }
   first->times.push_back(times[0]);
   for (size_t k = 1; k < keys.size(); ++k) {
     auto next = primitive(keys[k]);

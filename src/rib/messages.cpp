@@ -169,7 +169,9 @@ constexpr Explanation kExplanations[] = {
      "keys "
      "than are kept. The times that fit are used."},
     {"RIB-MOTION-STATIC",
-     "A request stands in a motion block that cannot move; its first value is used for the whole time."},
+     "A request stands in a motion block that cannot move; its first value is used for the whole time. Blobbies, "
+     "volumes "
+     "and shapes by name move by their transforms alone."},
     {"RIB-CONDITION",
      "The expression of IfBegin or ElseIf cannot be evaluated: it is not well formed, or a name in it is not "
      "defined. It counts as "
