@@ -128,9 +128,8 @@ constexpr Explanation kRooms[] = {
     {"PATTERN-BUMP",
      "inputBump of a PxrBump is connected to something that has no slopes here: patterns give values, not how these "
      "change along the surface, and normals stay as they are. What works: `filename` of PxrBump; a PxrTexture at "
-     "inputBump whose colorScale, colorOffset and saturation no pattern feeds (the bump reads its file itself); "
-     "heights of any kind in an OSL shader with normalize(N + (calculatenormal(P + N * height) - calculatenormal(P)) "
-     "/ area(P)) connected to bumpNormal; or displacement."},
+     "inputBump whose colorScale, colorOffset and saturation no pattern feeds (the bump reads its file itself); a "
+     "height that an OSL shader computes; or displacement."},
     {"PATTERN-RAMP",
      "The ramp of a pattern has more knots than colours or fewer, or knots that do not ascend. Knots and colours go "
      "together by number; what is left over is not used, and a knot that lies before the one ahead of it ends no "

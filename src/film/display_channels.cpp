@@ -182,7 +182,10 @@ class Describer {
     const auto isOn = [&](const char* name) { return n->params.getFloat(name, 0) < 1e30f; };
     if (sameName(n->plugin, "PxrUnified"))
       return isOn("indirectClamp") || isOn("causticClamp") || isOn("directClamp");
-    return !sameName(n->plugin, "PxrDirectLighting") && isOn("clampLuminance");
+    for (const char* without :
+         {"PxrDefault", "PxrDirectLighting", "PxrOcclusion", "PxrValidateBxdf", "PxrVisualizer"})
+      if (sameName(n->plugin, without)) return false;
+    return isOn("clampLuminance");
   }
 
   void filterRule(Channel& c) {

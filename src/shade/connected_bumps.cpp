@@ -69,9 +69,26 @@ std::shared_ptr<scene::Node> bumpOf(const scene::Node& bump, const scene::Node& 
   return made;
 }
 
+// A bump that is run as a shader: with the parameters that the shader has, as it spells them.
+std::shared_ptr<scene::Node> bumpOfShader(const scene::Node& bump) {
+  auto made = std::make_shared<scene::Node>(bump);
+  for (const char* name :
+       {"filename", "firstChannel", "atlasStyle", "invertT", "blur", "lerp", "manifold", "linearize", "adjustAmount"})
+    if (const scene::Parameter* p = parameterOf(*made, name)) made->params.erase(std::string(p->name));
+  for (const char* name : {"scale", "disable", "inputBump", "inputN", "reverse", "surfaceNormalMix"})
+    if (const scene::Parameter* p = parameterOf(*made, name); p && p->name != name) {
+      scene::Parameter copy = *p;
+      made->params.erase(std::string(p->name));
+      copy.name = name;
+      made->params.set(std::move(copy));
+    }
+  made->params.set(number(kBumpOfShader, scene::ValueType::Int, 1));
+  return made;
+}
+
 }  // namespace
 
-scene::NetworkPtr withBumpsOfTextures(const scene::Network& network, Diagnostics& diagnostics) {
+scene::NetworkPtr withConnectedBumps(const scene::Network& network, Registry& registry, Diagnostics& diagnostics) {
   std::shared_ptr<scene::Network> other;
   for (size_t i = 0; i < network.patterns.size(); ++i) {
     const scene::Node& bump = *network.patterns[i];
@@ -89,13 +106,17 @@ scene::NetworkPtr withBumpsOfTextures(const scene::Network& network, Diagnostics
     std::shared_ptr<scene::Node> made;
     if (from && colon != std::string::npos && sameName(from->plugin, "PxrTexture"))
       made = bumpOf(bump, *from, std::string_view(ref).substr(colon + 1));
+    // what is no plug-in is a shader, or missing, which is told elsewhere
+    else if (from && !registry.find(Kind::Pattern, from->plugin, diagnostics, from->pos))
+      made = bumpOfShader(bump);
     if (!made) {
-      diagnostics.warning("PATTERN-BUMP", bump.pos,
-                          "PxrBump.inputBump of '" + bump.handle + "' is connected to '" + ref +
-                              (from ? "' (" + from->plugin + ")" : "'") + ", whose slopes it does not get",
-                          "normals stay as they are",
-                          "it takes images: filename, or a PxrTexture at inputBump whose colours no pattern changes; "
-                          "an OSL shader bends normals by any height (docs/shading-language.md, calculatenormal)");
+      diagnostics.warning(
+          "PATTERN-BUMP", bump.pos,
+          "PxrBump.inputBump of '" + bump.handle + "' is connected to '" + ref +
+              (from ? "' (" + from->plugin + ")" : "'") + ", whose slopes it does not get",
+          "normals stay as they are",
+          "it takes heights of images (filename, or a PxrTexture at inputBump whose colours no pattern "
+          "changes) and of OSL shaders");
       continue;
     }
     if (!other) other = std::make_shared<scene::Network>(network);

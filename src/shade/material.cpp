@@ -111,7 +111,7 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
   if (const auto it = known_.find(id); it != known_.end()) return it->second;
   keepAlive_[given.get()] = given;
   if (given) noEffect_.tell(*given, Kind::Bxdf, registry_, diagnostics_);
-  const scene::NetworkPtr bumped = given ? withBumpsOfTextures(*given, diagnostics_) : nullptr;
+  const scene::NetworkPtr bumped = given ? withConnectedBumps(*given, registry_, diagnostics_) : nullptr;
   if (bumped) keepAlive_[bumped.get()] = bumped;
   const scene::NetworkPtr& whole = bumped ? bumped : given;
   const scene::NetworkPtr flat = whole ? withFlatLayers(*whole, registry_, diagnostics_) : nullptr;

@@ -146,7 +146,6 @@ class MaterialSet {
   uint32_t width_;
   const film::LightPaths& paths_;
   ShaderLibrary& shaders_;
-  NoEffect noEffect_;
   std::vector<Material> materials_;
   std::map<uint32_t, Extinction> extinctions_;  // by material
   std::vector<std::unique_ptr<Program>> programs_;
@@ -155,6 +154,7 @@ class MaterialSet {
   std::map<std::string, uint32_t> programOfKey_;
   std::map<std::pair<const void*, std::string>, uint32_t> known_;
   std::map<const void*, scene::NetworkPtr> keepAlive_;
+  NoEffect noEffect_;
 };
 
 // Values of a node for Descriptor::create (lights, integrators, projections, displays): defaults filled in, unknown

@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "language/seexpr/translate.h"
+#include "shade/connected_bumps.h"
 
 namespace kinora::shade {
 
@@ -42,6 +43,22 @@ shader PxrAttribute(string varname = "", string type = "float", int defaultInt =
   resultB = c[2];
   resultF = c[0];
   resultI = (int)c[0];
+}
+)";
+
+// PxrBump with heights of a shader, whose derivatives are its slopes.
+constexpr const char* kBump = R"(
+shader PxrBump(float scale = 1, int disable = 0, float inputBump = 0, normal inputN = 0, int reverse = 0,
+               float surfaceNormalMix = 0, output normal resultN = 0, output vector resultNG = 0) {
+  normal own = inputN == normal(0) ? N : normalize(inputN);
+  resultN = own;
+  float size = area(P);
+  if (!disable && size > 0) {
+    float height = (reverse ? -scale : scale) * inputBump;
+    vector slope = (calculatenormal(P + N * height) - calculatenormal(P)) / size;
+    resultN = normalize(mix(normalize(own + slope), own, surfaceNormalMix));
+  }
+  resultNG = N - resultN / max(dot(resultN, N), 0.01);
 }
 )";
 
@@ -90,6 +107,7 @@ std::optional<StandardShader> standardShader(const scene::Node& node, ShaderLibr
   if (sameName(node.plugin, "PxrSeExpr")) return ofExpression(node, library);
   if (sameName(node.plugin, "PxrAttribute"))
     return StandardShader{library.fromSource(kAttribute, "PxrAttribute"), node};
+  if (node.params.find(kBumpOfShader)) return StandardShader{library.fromSource(kBump, "PxrBump"), node};
   return std::nullopt;
 }
 

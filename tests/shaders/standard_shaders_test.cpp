@@ -1,5 +1,6 @@
 // Proves: expressions (PxrSeExpr) and attributes (PxrAttribute) in scenes; their variables, connections both ways, and
 // that broken expressions are told once and seen; elements of a plug-in's array are connected (PxrSwitch).
+#include <cmath>
 #include <memory>
 
 #include "fixture.h"
@@ -154,6 +155,31 @@ TEST_F(Shaders, TeesShowInChannels) {
   EXPECT_FLOAT_EQ(number->channel("shown").at(8, 8)[0], 0.25f);
   auto none = render("color shown", kShowRGB);
   EXPECT_EQ(told(*none, "DISPLAY-SOURCE"), 1u);
+}
+
+// Heights of a shader have slopes: h rises by .9 along u and falls by .45 along v, over a square that is 2 wide.
+TEST_F(Shaders, ABumpTakesTheSlopesOfAShader) {
+  write("hills.osl", "shader hills(output float result = 0) { result = .9 * u - .45 * v; }");
+  const auto normal = [&](const std::string& more) {
+    RenderRequest r =
+        requestOf("Pattern \"hills\" \"h\"\nPattern \"PxrBump\" \"n\" \"reference float inputBump\" [\"h:result\"] " +
+                  more + "\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultN\"]\n");
+    const size_t polygon = r.rib.find("Polygon");
+    r.rib = r.rib.substr(0, polygon) + "Patch \"bilinear\" \"P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    return middleOf(render);
+  };
+  const auto expectAlong = [](const std::array<float, 3>& n, float dx, float dy) {
+    const float l = std::sqrt(dx * dx + dy * dy + 1);  // the camera looks along z
+    EXPECT_NEAR(n[0], -dx / l, 1e-4f);
+    EXPECT_NEAR(n[1], -dy / l, 1e-4f);
+    EXPECT_NEAR(n[2], -1 / l, 1e-4f);
+  };
+  expectAlong(normal(""), .45f, -.225f);
+  expectAlong(normal("\"float scale\" [2] \"int invertT\" [0]"), .9f, -.45f);
+  expectAlong(normal("\"float scale\" [2] \"int reverse\" [1]"), -.9f, .45f);
+  expectAlong(normal("\"int disable\" [1]"), 0, 0);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ constexpr Param kParams[] = {
     param::integer("mode", 0)
         .range(0, 2)
         .options("0 reflection, 1 transmission, 2 reflection with direct illumination")
-        .help(KINORA_LAMA_LATER "Lights within a body are seen in all modes."),
+        .help("No effect: lights within a body are seen in all modes."),
     KINORA_LAMA_COMMON};
 constexpr const char* kLossless[] = {"color=1 1 1", nullptr};
 constexpr const char* kConserving[] = {

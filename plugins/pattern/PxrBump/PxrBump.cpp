@@ -1,8 +1,8 @@
 // PxrBump: the slope of an image of heights bends the normal. Slopes are differences of two lookups a footprint
 // apart, so that they fade with distance like the image; the gradients of the texture coordinates take them to the
 // surface, so that they follow the picture however a manifold turns, mirrors or stretches it. A PxrTexture connected to
-// inputBump has become this node's own file before shading (shade/connected_bumps); other patterns have no slopes
-// and leave the normal as it is.
+// inputBump has become this node's own file before shading, and one that is connected to a shader has become a shader
+// (shade/connected_bumps); other patterns have no slopes and leave the normal as it is.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
 #include <kinora/pattern_author.h>
 
@@ -32,8 +32,8 @@ constexpr Param kParams[] = {
     param::number("scale", 1.f).range(-2, 2).help("Height of white, render units."),
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
     param::number("inputBump", 0.f)
-        .help("A PxrTexture connected here gives file, manifold, linearize and colorScale; other patterns have no "
-              "slopes and bend nothing (PATTERN-BUMP)."),
+        .help("A PxrTexture connected here gives file, manifold, linearize and colorScale; heights of OSL shaders "
+              "have their own slopes; other patterns have none and bend nothing (PATTERN-BUMP)."),
     param::string("filename", "").file().help("Image of heights."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
     KINORA_IMAGE_ATLAS,
