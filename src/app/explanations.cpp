@@ -383,7 +383,7 @@ constexpr Explanation kRooms[] = {
      "renderers that trust it cut holes there. The message says which bound holds the surface. Without a bound "
      "nothing "
      "is checked. Surfaces that are diced where rays ask are looked for within the bound: their points move no "
-     "farther."},
+     "farther, or twice as far at edges and corners, where surfaces that meet at an angle are moved as one."},
     {"GEOMETRY-CACHE-SMALL",
      "The geometry cache (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB) is smaller than one "
      "patch "

@@ -251,5 +251,24 @@ TEST(GeometryLevels, BadInputIsTold) {
   EXPECT_NEAR(mean(zero.channel("a")), mean(larger.channel("a")), 2e-3);
 }
 
+// The corners of a box move farther than its faces: a bound that holds what the displacement says holds them, too. With
+// a sharp edge, where they would go beyond any multiple of it, it is told.
+TEST(GeometryLevels, ABoundHoldsTheCornersOfABox) {
+  const std::string camera = "Projection \"perspective\" \"fov\" [50]\nTranslate 0 0 9\nRotate 35 1 .3 0",
+                    by = "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [.5]\n",
+                    bound = "Attribute \"displacementbound\" \"float sphere\" [.5]\n",
+                    box = "PointsPolygons " + kFaces + kCorners;
+  SceneRender bounded(requestOf(levels(1, "1") + bound + by + box, 64, 16, 0, camera)),
+      whole(requestOf(levels(0, "1") + by + box, 64, 16, 0, camera));
+  ASSERT_TRUE(bounded.ok() && whole.ok());
+  EXPECT_GT(bounded.renderer().statistics().geometry.made, 0u);
+  EXPECT_FALSE(says(bounded, "DISPLACEMENT-BOUND"));
+  EXPECT_NEAR(mean(bounded.channel("a")), mean(whole.channel("a")), 2e-4);
+  const std::string wedge =
+      "PointsPolygons [4 4] [0 1 2 3  1 0 4 5] \"P\" [0 -2 0  0 2 0  .9 2 3  .9 -2 3  -.9 -2 3  -.9 2 3]";
+  SceneRender sharp(requestOf(levels(1, "1") + bound + by + wedge, 64, 4, 0, camera));
+  EXPECT_TRUE(says(sharp, "DISPLACEMENT-BOUND"));
+}
+
 }  // namespace
 }  // namespace kinora::tests
