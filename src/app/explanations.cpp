@@ -384,6 +384,12 @@ constexpr Explanation kRooms[] = {
      "nothing "
      "is checked. Surfaces that are diced where rays ask are looked for within the bound: their points move no "
      "farther, or twice as far at edges and corners, where surfaces that meet at an angle are moved as one."},
+    {"DISPLACEMENT-LEVELS",
+     "A displaced surface asks to be diced where rays ask (Attribute \"dice\" \"int levels\" [1]), and the faces "
+     "that it "
+     "is made of are hardly larger than micropolygons: nothing coarser could be made of them. It is diced at once, "
+     "as "
+     "without the attribute."},
     {"GEOMETRY-CACHE-SMALL",
      "The geometry cache (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB) is smaller than one "
      "patch "

@@ -49,6 +49,8 @@ bool asksForSpaces(const scene::Network& network, const scene::Scene& scene) {
 // many triangles a patch: of cages that are fine to begin with no coarser grids could be made.
 constexpr double kStepsOfPatch = 64;
 constexpr uint64_t kLeastOfPatch = 128;
+// Where levels are asked for: of patches that are single micropolygons the boxes overlap, and rays look into many.
+constexpr uint64_t kLeastOfPatchAsked = 3;
 
 // That a mesh would be cut into.
 double trianglesOf(const geometry::Mesh& mesh, const geometry::DiceRate& rate) {
@@ -368,6 +370,11 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   const uint64_t triangles = patches->triangles();
   if (!isAsked && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;
   const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  if (triangles < kLeastOfPatchAsked * patches->count()) {
+    tools_->diagnostics.info("DISPLACEMENT-LEVELS", p.pos,
+                             p.name() + " is diced at once: its patches are hardly larger than micropolygons");
+    return nullptr;
+  }
   const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
   LevelledSurface::Setup setup;
   setup.patches = patches;

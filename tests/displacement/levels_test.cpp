@@ -229,7 +229,7 @@ TEST(GeometryLevels, BadInputIsTold) {
   const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5", ball = "Sphere 1 -1 1 360";
   SceneRender plain(requestOf(ball, 32, 4, 0, camera));
   const auto expect = [&](const std::string& before, const char* code, double tolerance) {
-    SceneRender r(requestOf(levels(1, "1") + before + ball, 32, 4, 0, camera));
+    SceneRender r(requestOf(levels(1, ".15") + before + ball, 32, 4, 0, camera));
     EXPECT_TRUE(r.ok());
     EXPECT_TRUE(says(r, code)) << before;
     EXPECT_TRUE(says(r, "Sphere")) << before;  // the object
@@ -244,11 +244,23 @@ TEST(GeometryLevels, BadInputIsTold) {
   // a bound that is too small is where points end; one of 0 is none
   expect("Attribute \"displacementbound\" \"float sphere\" [1e-4]\n" + by("1", ".3"), "DISPLACEMENT-BOUND", 2e-3);
   SceneRender zero(
-      requestOf(levels(1, "1") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball, 32,
+      requestOf(levels(1, ".15") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball, 32,
                 4, 0, camera)),
       larger(requestOf("Sphere 1.3 -1.3 1.3 360", 32, 4, 0, camera));
   EXPECT_TRUE(says(zero, "DISPLACEMENT-BOUND"));
   EXPECT_NEAR(mean(zero.channel("a")), mean(larger.channel("a")), 2e-3);
+}
+
+// Patches that are single micropolygons are no patches: what asks for levels with them is diced at once, and shown as it
+// is without them.
+TEST(GeometryLevels, SmallQuadricsAreDicedAtOnce) {
+  const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5",
+                    ball = "Displace \"PxrDisplace\" \"d\" \"float dispAmount\" [.1]\nSphere .2 -.2 .2 360";
+  SceneRender asked(requestOf(levels(1, "1") + ball, 32, 4, 0, camera)),
+      atOnce(requestOf(levels(0, "1") + ball, 32, 4, 0, camera));
+  ASSERT_TRUE(asked.ok() && atOnce.ok());
+  EXPECT_EQ(asked.renderer().statistics().geometry.made, 0u);
+  EXPECT_EQ(hashOf(asked.film()), hashOf(atOnce.film()));
 }
 
 // The corners of a box move farther than its faces: a bound that holds what the displacement says holds them, too. With
