@@ -404,6 +404,13 @@ constexpr Explanation kRooms[] = {
      "Curves and points have a displacement. Only surfaces are displaced: polygons, subdivision meshes, patches, "
      "NURBS, "
      "quadrics and blobbies."},
+    {"DISPLACEMENT-SCALE",
+     "A displacement is measured in lengths of the world or of a space of the scene (PxrDispTransform "
+     "dispScaleSpace, or "
+     "a shader that moves P), and instances of the object that it moves have different scales. The surface is made "
+     "once "
+     "for all of them, with the scale of the first: on those that are larger it goes farther, on smaller ones less "
+     "far."},
     {"DISPLACEMENT-NOT-FINITE",
      "A displacement gives some points an offset that is not a number, infinite or beyond 1e15 units: a division by "
      "0 "
