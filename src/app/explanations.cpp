@@ -411,7 +411,13 @@ constexpr Explanation kRooms[] = {
      "renderers that trust it cut holes there. The message says which bound holds the surface. Without a bound "
      "nothing "
      "is checked. Surfaces that are diced where rays ask are looked for within the bound: their points move no "
-     "farther."},
+     "farther, or twice as far at edges and corners, where surfaces that meet at an angle are moved as one."},
+    {"DISPLACEMENT-LEVELS",
+     "A displaced surface asks to be diced where rays ask (Attribute \"dice\" \"int levels\" [1]), and the faces "
+     "that it "
+     "is made of are hardly larger than micropolygons: nothing coarser could be made of them. It is diced at once, "
+     "as "
+     "without the attribute."},
     {"GEOMETRY-CACHE-SMALL",
      "The geometry cache (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB) is smaller than one "
      "patch "
@@ -426,6 +432,13 @@ constexpr Explanation kRooms[] = {
      "Curves and points have a displacement. Only surfaces are displaced: polygons, subdivision meshes, patches, "
      "NURBS, "
      "quadrics and blobbies."},
+    {"DISPLACEMENT-SCALE",
+     "A displacement is measured in lengths of the world or of a space of the scene (PxrDispTransform "
+     "dispScaleSpace, or "
+     "a shader that moves P), and instances of the object that it moves have different scales. The surface is made "
+     "once "
+     "for all of them, with the scale of the first: on those that are larger it goes farther, on smaller ones less "
+     "far."},
     {"DISPLACEMENT-NOT-FINITE",
      "A displacement gives some points an offset that is not a number, infinite or beyond 1e15 units: a division by "
      "0 "

@@ -45,10 +45,24 @@ bool asksForSpaces(const scene::Network& network, const scene::Scene& scene) {
   return !network.terminal->plugin.starts_with("Pxr") || names(network.terminal);
 }
 
+// Whether lengths of a displacement are those of a space that does not follow each instance; `isShader`: what shaders
+// write is P of the world.
+bool hasOuterLengths(const scene::Network& network, const scene::Scene& scene, bool isShader) {
+  if (isShader) return true;
+  for (const scene::NodePtr& n : network.patterns)
+    if (sameName(n->plugin, "PxrDispTransform")) {
+      const std::string space = n->params.getString("dispScaleSpace", "object");
+      if (space == "world" || space == "camera" || scene.coordinateSystems.contains(space)) return true;
+    }
+  return false;
+}
+
 // Patches of surfaces that are diced on demand are about so many micropolygons long, and such surfaces have at least so
 // many triangles a patch: of cages that are fine to begin with no coarser grids could be made.
 constexpr double kStepsOfPatch = 64;
 constexpr uint64_t kLeastOfPatch = 128;
+// Where levels are asked for: of patches that are single micropolygons the boxes overlap, and rays look into many.
+constexpr uint64_t kLeastOfPatchAsked = 3;
 
 // That a mesh would be cut into.
 double trianglesOf(const geometry::Mesh& mesh, const geometry::DiceRate& rate) {
@@ -142,12 +156,44 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
   networks_.forgetOthers();
   set->finish();
   set_ = std::move(set);
+  tellOfScales();
   // shaders name textures while they run: what is kept has used them, and what another shape used is not known
   if (set_->shaderUses().empty()) return;
   if (digests_ == before)
     tools.contents.again(files);
   else
     forget();
+}
+
+// A surface is displaced once, where it stands first: instances of other sizes show the same, larger or smaller.
+void Displacement::tellOfScales() const {
+  const size_t count = flat_->shapes.size();
+  std::vector<char> isAsked(count, 0);
+  for (size_t s = 0; s < count; ++s)
+    if (moves(s))
+      isAsked[s] = hasOuterLengths(*flat_->shapes[s].attributes->displacement, tools_->scene,
+                                   set_->program((*set_)[materialOf_[s]].program).isMovedByShader);
+  if (std::find(isAsked.begin(), isAsked.end(), 1) == isAsked.end()) return;
+  std::vector<double> least(count, INFINITY), most(count, 0);
+  for (uint32_t p = 0; p < flat_->placements.size(); ++p)
+    for (const uint32_t s : flat_->parts[flat_->partOf(p)].shapes) {
+      if (!isAsked[s]) continue;
+      const double scale = scaleOf(flat_->toRender(p).at(tools_->camera.middle()));
+      least[s] = std::min(least[s], scale);
+      most[s] = std::max(most[s], scale);
+    }
+  for (size_t s = 0; s < count; ++s) {
+    if (!(most[s] > 1.001 * least[s])) continue;
+    const scene::Node& node = *flat_->shapes[s].attributes->displacement->terminal;
+    tools_->diagnostics.warning(
+        "DISPLACEMENT-SCALE", node.pos,
+        "displacement '" + node.handle + "' is measured in the world's lengths, and instances of " +
+            flat_->shapes[s].primitive->name() + " have scales from " + numberText(least[s]) + " to " +
+            numberText(most[s]),
+        "all are displaced as the first of them, which has " +
+            numberText(scaleOf(flat_->toRender(placementOf_[s]).at(tools_->camera.middle()))),
+        "measure it in the object's own lengths, or put what has another scale into an object of its own");
+  }
 }
 
 void Displacement::end() {
@@ -368,6 +414,11 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   const uint64_t triangles = patches->triangles();
   if (!isAsked && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;
   const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  if (triangles < kLeastOfPatchAsked * patches->count()) {
+    tools_->diagnostics.info("DISPLACEMENT-LEVELS", p.pos,
+                             p.name() + " is diced at once: its patches are hardly larger than micropolygons");
+    return nullptr;
+  }
   const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
   LevelledSurface::Setup setup;
   setup.patches = patches;

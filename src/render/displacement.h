@@ -72,6 +72,7 @@ class Displacement {
   // displacementbound in `space` units, and by how much those are longer than the object's; without one: 0.
   double boundOf(size_t shape, std::string& space, double& scale) const;
   void checkBound(size_t shape, double longest) const;
+  void tellOfScales() const;
 
   const FlatScene* flat_ = nullptr;
   std::unique_ptr<Tools> tools_;

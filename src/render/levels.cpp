@@ -33,6 +33,11 @@ constexpr float kRadiiOfPixel = 1.41421356f;
 // At an eighth no difference is measured from rays that all see the finest level.
 constexpr float kMostSpread = 0.125f;
 
+// A box whose faces all move by a distance has corners that move by 1.73 times that: what meets at an angle is moved as
+// one, and may go so many times farther than a bound says.
+constexpr double kMostAtJoint = 2;
+constexpr double kSameNormal = 1 - 1e-5;
+
 std::string shortNumber(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", x);
@@ -136,8 +141,9 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
     for (uint32_t p = 0; p < patches_->count(); ++p) {
       Imath::Box3d box;
       for (int k = 0; k < 4; ++k) box.extendBy(V3d(patches_->mesh()->points[patches_->vertexOf(p, k)]));
-      box.min -= V3d(setup_.bound);
-      box.max += V3d(setup_.bound);
+      const double most = setup_.bound * (hasJoint(p) ? kMostAtJoint : 1);
+      box.min -= V3d(most);
+      box.max += V3d(most);
       set(p, box);
     }
     return;
@@ -157,6 +163,22 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
       }
     });
   });
+}
+
+// Whether sides that are moved as one meet at an angle at a corner of the patch, or along its edges.
+bool LevelledSurface::hasJoint(uint32_t patch) const {
+  const auto normal = [&](const Patches::Side& s) {
+    const float* n = &normals_->data[3 * size_t(patches_->vertexOf(s.patch, s.number))];
+    return V3d(n[0], n[1], n[2]);
+  };
+  for (int k = 0; k < 4; ++k) {
+    uint32_t count;
+    bool isJoined;
+    const Patches::Side* sides = patches_->around(patches_->siteOf(patch, k), &count, &isJoined);
+    for (uint32_t i = 1; i < count && isJoined; ++i)
+      if (!(normal(sides[i]).dot(normal(sides[0])) > kSameNormal)) return true;
+  }
+  return false;
 }
 
 // Said once: of the patch that came first.
@@ -392,7 +414,14 @@ void LevelledSurface::movePoints(Workspace& w) const {
       w.normalsOfPoint.assign(w.normal.begin() + first, w.normal.begin() + last);
       offset = geometry::jointOffset(w.offsets, w.normalsOfPoint);
       // what a bound holds the parts of need not hold the whole
-      if (setup_.bound > 0 && offset.length() > setup_.bound) offset *= setup_.bound / offset.length();
+      const double length = offset.length(), most = kMostAtJoint * setup_.bound;
+      if (!(setup_.bound > 0)) {
+        w.longest = std::max(w.longest, length);
+      } else if (length > most) {
+        w.longest = std::max(w.longest, length / kMostAtJoint);
+        w.beyondBound += length > most * 1.0001;
+        offset *= most / length;
+      }
     }
     w.moved[p] = w.base[p] + offset;
     for (uint32_t i = first; i < last && !w.given.empty(); ++i) w.given[p] += w.turned[i];

@@ -81,6 +81,7 @@ class LevelledSurface final : public trace::UserGeometry {
   Imath::V3d basePoint(const geometry::Patches::Place& place) const;
   Imath::V3d baseNormal(const geometry::Patches::Place& place) const;
   void findBounds(const std::atomic<bool>* stop);
+  bool hasJoint(uint32_t patch) const;
   void tell(Workspace& w, uint32_t patch) const;
 
   Setup setup_;

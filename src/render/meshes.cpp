@@ -21,6 +21,8 @@ namespace {
 
 // Micropolygon edge at dice:micropolygonlength 1. Where surfaces are not displaced their normals are exact anyway.
 constexpr double kPixelsPerEdge = 2.0, kPixelsPerDisplacedEdge = 1.0;
+// Edges of quadrics that are to be patches, in those of a micropolygon.
+constexpr double kCoarserQuadric = 6;
 
 // Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing
 // moves.
@@ -204,6 +206,9 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
   if (!shape.more && p->motion.empty() && displacement.mayHaveLevels(index)) {
     geometry::DiceRate flat = rate;
     flat.isDisplaced = false;
+    // outlines of smooth quadrics hold a small part of a pixel; patches need not
+    if (std::holds_alternative<scene::Quadric>(p->shape))
+      flat.edgeLength = [&rate](const Imath::V3d& x) { return kCoarserQuadric * rate.at(x); };
     Diagnostics unheard([](const std::string&, Severity) {});  // it is made once more where it has no levels
     std::optional<geometry::Mesh> base = geometry::tessellate(*p, flat, unheard);
     if (base) kept.levels = displacement.levelled(index, rate, pixelsOf(shape.attributes.get(), true), stop, *base);

@@ -379,6 +379,23 @@ TEST(DisplacedSurfaces, BoundsAreCheckedAndNotObeyed) {
   EXPECT_TRUE(says(scaled, "2 times that"));
 }
 
+// One surface for all instances: where scales differ and lengths are the world's it is told.
+TEST(DisplacedSurfaces, ScalesOfInstancesThatDifferAreTold) {
+  const auto told = [](const std::string& space, const std::string& scale) {
+    SceneRender r(requestOf(
+        "Pattern \"PxrDispTransform\" \"t\" \"float dispScalar\" [.1] \"string dispScaleSpace\" [\"" + space +
+        "\"]\nDisplace \"PxrDisplace\" \"d\" \"reference float dispScalar\" [\"t:resultF\"]\n"
+        "ObjectBegin \"o\"\nSphere .3 -.3 .3 360\nObjectEnd\nTranslate -.5 0 0\n"
+        "ObjectInstance \"o\"\nTranslate 1 0 0\nScale " +
+        scale + "\nObjectInstance \"o\""));
+    EXPECT_TRUE(r.ok());
+    return says(r, "DISPLACEMENT-SCALE");
+  };
+  EXPECT_TRUE(told("world", "2 2 2"));
+  EXPECT_FALSE(told("world", "-1 1 1"));
+  EXPECT_FALSE(told("object", "2 2 2"));
+}
+
 TEST(DisplacedSurfaces, FollowTheRateThatIsAsked) {
   const auto count = [](const std::string& rate) {
     SceneRender r(requestOf(rate + byDistance(0.1) + "Patch \"bilinear\" \"P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]"));

@@ -229,7 +229,7 @@ TEST(GeometryLevels, BadInputIsTold) {
   const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5", ball = "Sphere 1 -1 1 360";
   SceneRender plain(requestOf(ball, 32, 4, 0, camera));
   const auto expect = [&](const std::string& before, const char* code, double tolerance) {
-    SceneRender r(requestOf(levels(1, "1") + before + ball, 32, 4, 0, camera));
+    SceneRender r(requestOf(levels(1, ".15") + before + ball, 32, 4, 0, camera));
     EXPECT_TRUE(r.ok());
     EXPECT_TRUE(says(r, code)) << before;
     EXPECT_TRUE(says(r, "Sphere")) << before;  // the object
@@ -244,11 +244,42 @@ TEST(GeometryLevels, BadInputIsTold) {
   // a bound that is too small is where points end; one of 0 is none
   expect("Attribute \"displacementbound\" \"float sphere\" [1e-4]\n" + by("1", ".3"), "DISPLACEMENT-BOUND", 2e-3);
   SceneRender zero(
-      requestOf(levels(1, "1") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball, 32,
+      requestOf(levels(1, ".15") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball, 32,
                 4, 0, camera)),
       larger(requestOf("Sphere 1.3 -1.3 1.3 360", 32, 4, 0, camera));
   EXPECT_TRUE(says(zero, "DISPLACEMENT-BOUND"));
   EXPECT_NEAR(mean(zero.channel("a")), mean(larger.channel("a")), 2e-3);
+}
+
+// Patches that are single micropolygons are no patches: what asks for levels with them is diced at once, and shown as it
+// is without them.
+TEST(GeometryLevels, SmallQuadricsAreDicedAtOnce) {
+  const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5",
+                    ball = "Displace \"PxrDisplace\" \"d\" \"float dispAmount\" [.1]\nSphere .2 -.2 .2 360";
+  SceneRender asked(requestOf(levels(1, "1") + ball, 32, 4, 0, camera)),
+      atOnce(requestOf(levels(0, "1") + ball, 32, 4, 0, camera));
+  ASSERT_TRUE(asked.ok() && atOnce.ok());
+  EXPECT_EQ(asked.renderer().statistics().geometry.made, 0u);
+  EXPECT_EQ(hashOf(asked.film()), hashOf(atOnce.film()));
+}
+
+// The corners of a box move farther than its faces: a bound that holds what the displacement says holds them, too. With
+// a sharp edge, where they would go beyond any multiple of it, it is told.
+TEST(GeometryLevels, ABoundHoldsTheCornersOfABox) {
+  const std::string camera = "Projection \"perspective\" \"fov\" [50]\nTranslate 0 0 9\nRotate 35 1 .3 0",
+                    by = "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [.5]\n",
+                    bound = "Attribute \"displacementbound\" \"float sphere\" [.5]\n",
+                    box = "PointsPolygons " + kFaces + kCorners;
+  SceneRender bounded(requestOf(levels(1, "1") + bound + by + box, 64, 16, 0, camera)),
+      whole(requestOf(levels(0, "1") + by + box, 64, 16, 0, camera));
+  ASSERT_TRUE(bounded.ok() && whole.ok());
+  EXPECT_GT(bounded.renderer().statistics().geometry.made, 0u);
+  EXPECT_FALSE(says(bounded, "DISPLACEMENT-BOUND"));
+  EXPECT_NEAR(mean(bounded.channel("a")), mean(whole.channel("a")), 2e-4);
+  const std::string wedge =
+      "PointsPolygons [4 4] [0 1 2 3  1 0 4 5] \"P\" [0 -2 0  0 2 0  .9 2 3  .9 -2 3  -.9 -2 3  -.9 2 3]";
+  SceneRender sharp(requestOf(levels(1, "1") + bound + by + wedge, 64, 4, 0, camera));
+  EXPECT_TRUE(says(sharp, "DISPLACEMENT-BOUND"));
 }
 
 }  // namespace
