@@ -88,10 +88,10 @@ void setPlace(scene::Camera& camera, Diagnostics& diagnostics, CameraState& c) {
   setOrigin(cameraToWorld, c);
   const bool moves = !camera.worldToCamera.isStatic() && c.shutterClose > c.shutterOpen;
   // the way back from the camera is no straight line between keys: twice as many follow it better
-  const int keys =
-      moves ? std::max(int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)),
-                       scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, 65))
-            : 1;
+  const int keys = moves ? std::max(int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16)),
+                                    scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose,
+                                                           scene::kMostUniformKeys))
+                         : 1;
   scene::Matrix shift;
   shift.setTranslation(Imath::V3d(-c.origin[0], -c.origin[1], -c.origin[2]));
   for (int k = 0; k < keys; ++k) {
