@@ -91,7 +91,7 @@ void setPlace(scene::Camera& camera, Diagnostics& diagnostics, CameraState& c) {
   if (moves) {
     // The way back from the camera is no straight line between keys: each interval of those that the scene says is divided,
     // until there are twice as many.
-    constexpr int kMost = 65;
+    constexpr int kMost = scene::kMostUniformKeys;
     const int said = scene::uniformKeyCount(camera.worldToCamera.times, c.shutterOpen, c.shutterClose, kMost);
     const int intervals = std::max(said - 1, 1),
               wanted = int(std::min<size_t>(camera.worldToCamera.matrices.size() * 2, 16));

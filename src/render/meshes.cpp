@@ -36,7 +36,7 @@ void uniformKeys(geometry::Mesh& mesh, double open, double close) {
     for (size_t i = 0; i < stride; ++i)
       out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
   };
-  const int keys = scene::uniformKeyCount(mesh.times, open, close, 65);
+  const int keys = scene::uniformKeyCount(mesh.times, open, close, scene::kMostUniformKeys);
   const auto resample = [&](const float* data, size_t stride) {
     std::vector<float> out;
     out.reserve(stride * size_t(keys));

@@ -493,6 +493,24 @@ TEST(Zip, ThatHoldsNoSceneSaysWhy) {
   }
 }
 
+// Keys at even times stand for those of motion blocks: what is closer than they are is told.
+TEST(MotionBlocks, TimesThatAreTooCloseAreTold) {
+  const auto told = [](const std::string& shutter, const std::string& times) {
+    const Read r = readRib(shutter + "\nWorldBegin\nMotionBegin [" + times +
+                           "]\nTranslate 0 0 0\nTranslate 1 0 0\nTranslate 2 0 0\nMotionEnd\nSphere 1 -1 1 "
+                           "360\nWorldEnd\n");
+    return r.count("RIB-MOTION-CLOSE");
+  };
+  EXPECT_EQ(told("Shutter 0 1", "0 .001 1"), 1u);
+  EXPECT_EQ(told("Shutter 0 1", "0 .5 1"), 0u);
+  EXPECT_EQ(told("Shutter 0 1", "-.001 0 1"), 0u);
+  EXPECT_EQ(told("Shutter 0 .01", "0 .001 1"), 0u);
+  EXPECT_EQ(told("", "0 .001 1"), 0u) << "nothing is open";
+  Explanations explain;
+  explain.add(explanations());
+  EXPECT_TRUE(explain.find("RIB-MOTION-CLOSE"));
+}
+
 TEST(Archives, ThatReadEachOtherStop) {
   const Folder f;
   f.write("a.rib", "ReadArchive \"b.rib\"\nSphere 1 -1 1 360\n");

@@ -4,6 +4,7 @@
 
 #include "rib/condition.h"
 #include "rib/interpreter.h"
+#include "scene/uniform_keys.h"
 
 namespace kinora::rib {
 
@@ -445,6 +446,12 @@ void Interpreter::motionEnd(Request& r) {
     keys.resize(std::max<size_t>(n, 1));
     times.resize(keys.size());
   }
+  const bool canMove = family == Family::Transform || family == Family::Geometry;
+  if (canMove && scene::areCloserThanKeys(times, frame_.camera.shutter[0], frame_.camera.shutter[1]))
+    report(Severity::Warning, "RIB-MOTION-CLOSE", motionPos_,
+           "times of MotionBegin are closer to each other than 1/" + std::to_string(scene::kMostUniformKeys - 1) +
+               " of the time that the shutter is open",
+           "what happens between them takes as long as that");
   if (keys.size() > 1 && family == Family::Transform) return applyTransforms(keys, times);
   if (keys.size() > 1 && family == Family::Geometry) return applyGeometry(keys, times);
   if (keys.size() > 1)

@@ -168,6 +168,12 @@ constexpr Explanation kExplanations[] = {
      "that does not match from time to time, a block inside a block, or transforms in one another that have more "
      "keys "
      "than are kept. The times that fit are used."},
+    {"RIB-MOTION-CLOSE",
+     "Motion is kept at even times over the shutter, 65 at most. Times of a motion block that are closer than 1/64 "
+     "of "
+     "the shutter fall between them: a jump takes that long, and what lasts no longer may be missed. Open the "
+     "shutter "
+     "for a shorter time, or put such times farther apart."},
     {"RIB-MOTION-STATIC",
      "A request stands in a motion block that cannot move; its first value is used for the whole time. Blobbies, "
      "volumes "

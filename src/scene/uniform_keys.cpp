@@ -25,4 +25,13 @@ int uniformKeyCount(std::span<const double> times, double open, double close, in
   return best;
 }
 
+bool areCloserThanKeys(std::span<const double> times, double open, double close) {
+  const double step = (close - open) / (kMostUniformKeys - 1);
+  for (size_t k = 0; k + 1 < times.size() && step > 0; ++k) {
+    const double length = std::min(times[k + 1], close) - std::max(times[k], open);
+    if (length > 1e-6 * step && length < 0.999 * step) return true;
+  }
+  return false;
+}
+
 }  // namespace kinora::scene

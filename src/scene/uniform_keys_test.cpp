@@ -32,5 +32,16 @@ TEST(UniformKeys, MissOddTimesAsLittleAsTheyCan) {
   EXPECT_LT(miss, 1e-3);
 }
 
+TEST(UniformKeys, KnowWhatIsTooCloseForThem) {
+  const auto close = [](std::vector<double> times) { return areCloserThanKeys(times, 0, 1); };
+  EXPECT_TRUE(close({0, 0.001, 1}));
+  EXPECT_TRUE(close({0, 0.5, 0.51, 1}));
+  EXPECT_TRUE(close({-1, 0.01, 1})) << "what the shutter sees of the first piece";
+  EXPECT_FALSE(close({0, 1. / 64, 1}));
+  EXPECT_FALSE(close({-0.001, 0, 1})) << "before the shutter opens";
+  EXPECT_FALSE(close({1, 1.001}));
+  EXPECT_FALSE(areCloserThanKeys(std::vector<double>{0, 0.001, 1}, 0, 0)) << "a closed shutter";
+}
+
 }  // namespace
 }  // namespace kinora::scene

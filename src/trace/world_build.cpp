@@ -24,7 +24,7 @@ constexpr uint32_t kBatchTriangles = 200000;
 
 int keyCountFor(const scene::Transform& t, double open, double close) {
   if (t.isStatic() || close <= open) return 1;
-  return scene::uniformKeyCount(t.times, open, close, 65);
+  return scene::uniformKeyCount(t.times, open, close, scene::kMostUniformKeys);
 }
 
 }  // namespace
