@@ -142,42 +142,6 @@ Cage::FaceVarying weld(const SourcePrimvar& source, const std::vector<int>& vert
   return out;
 }
 
-// Two faces may share more than an edge: two edges with a vertex between that only they meet, for example. Where an edge
-// is sharp at a vertex that they share, OpenSubdiv 3.5 (Bfr) finds vertices by indices that it has not initialised.
-bool dropCreasesOfDoubledFaces(const Far::TopologyLevel& level, Tags& tags) {
-  if (tags.creaseWeights.empty()) return false;
-  const size_t vertexCount = size_t(level.GetNumVertices());
-  std::vector<char> isDoubled(vertexCount, 0);
-  std::vector<int> lastFace(vertexCount, -1);  // that the vertex was seen in
-  for (int f = 0; f < level.GetNumFaces(); ++f) {
-    for (const int v : level.GetFaceVertices(f)) lastFace[size_t(v)] = f;
-    int before = f;
-    for (const int e : level.GetFaceEdges(f))
-      for (const int g : level.GetEdgeFaces(e)) {
-        if (g == f || g == before) continue;
-        before = g;
-        const auto around = level.GetFaceVertices(g);
-        const auto isShared = [&](int v) { return lastFace[size_t(v)] == f; };
-        if (std::count_if(around.begin(), around.end(), isShared) <= 2) continue;
-        for (const int v : around)
-          if (isShared(v)) isDoubled[size_t(v)] = 1;
-      }
-  }
-  size_t kept = 0;
-  for (size_t i = 0; i < tags.creaseWeights.size(); ++i) {
-    const int a = tags.creasePairs[2 * i], b = tags.creasePairs[2 * i + 1];
-    if (tags.creaseWeights[i] > 0 && (isDoubled[size_t(a)] || isDoubled[size_t(b)]) && level.FindEdge(a, b) >= 0)
-      continue;
-    tags.creasePairs[2 * kept] = a;
-    tags.creasePairs[2 * kept + 1] = b;
-    tags.creaseWeights[kept++] = tags.creaseWeights[i];
-  }
-  const bool isDropped = kept < tags.creaseWeights.size();
-  tags.creasePairs.resize(2 * kept);
-  tags.creaseWeights.resize(kept);
-  return isDropped;
-}
-
 }  // namespace
 
 std::vector<int> holesOf(const scene::SubdivisionMesh& shape) {
@@ -226,7 +190,7 @@ std::unique_ptr<Cage> makeCage(const scene::Primitive& primitive, const scene::S
   }
 
   auto cage = std::make_unique<Cage>();
-  Tags tags = readTags(primitive, shape, pointCount, diagnostics);
+  const Tags tags = readTags(primitive, shape, pointCount, diagnostics);
   cage->holes = tags.holes;
   for (const SourcePrimvar& s : primvars)
     if (s.storage == scene::StorageClass::FaceVarying || s.storage == scene::StorageClass::FaceVertex)
@@ -261,15 +225,6 @@ std::unique_ptr<Cage> makeCage(const scene::Primitive& primitive, const scene::S
     why = lastComplaint.empty() ? "its topology cannot be subdivided" : lastComplaint;
     std::replace(why.begin(), why.end(), '\n', ' ');
     return nullptr;
-  }
-  if (dropCreasesOfDoubledFaces(cage->refiner->GetLevel(0), tags)) {
-    diagnostics.warning("GEOM-TAG", primitive.pos,
-                        subject(primitive) + ": a crease touches faces that share more than an edge",
-                        "that part of the tag is left out", "no surface is computed for it");
-    d.numCreases = int(tags.creaseWeights.size());
-    d.creaseVertexIndexPairs = tags.creasePairs.data();
-    d.creaseWeights = tags.creaseWeights.data();
-    cage->refiner.reset(Factory::Create(d, Factory::Options(scheme, tags.options)));
   }
   const Far::TopologyLevel& level = cage->refiner->GetLevel(0);
   for (size_t i = 0; i < tags.creasePairs.size(); i += 2)

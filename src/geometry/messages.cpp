@@ -77,8 +77,7 @@ constexpr Explanation kExplanations[] = {
     {"GEOM-TAG",
      "A tag of a subdivision mesh names vertices, edges or faces that are not there, has the wrong number of "
      "arguments, "
-     "or is of a kind that is not supported (hierarchical edits); or a crease touches two faces that share more than "
-     "an edge, where sharp surfaces are not computed. That part of the tag is ignored."},
+     "or is of a kind that is not supported (hierarchical edits). That part of the tag is ignored."},
     {"GEOM-TOO-LARGE",
      "A single primitive has more faces than its triangles could be numbered. Cut it into several primitives."},
     {"GEOM-SHAPE-NAME",

@@ -498,33 +498,6 @@ TEST(Subdivision, BadTagsAreToldAndLeftOut) {
   for (const V3f& v : m->points) ASSERT_TRUE(std::isfinite(v.x + v.y + v.z));
 }
 
-// Two quads that share two edges, an inner vertex of valence 2 between: OpenSubdiv reads beyond its arrays where one of
-// them is sharp.
-TEST(Subdivision, CreasesOfFacesThatShareTwoEdgesAreLeftOut) {
-  CageData c;
-  c.points = {{-.8, -.8, 0}, {-.5, -.8, 0}, {-.5, -.5, 0}, {-.8, -.5, 0}, {-.2, -.8, 0}, {-.3, -.5, 0}};
-  c.sizes = {4, 4};
-  c.vertices = {0, 1, 2, 3, 1, 0, 5, 2};
-  const auto boundary = tag("interpolateboundary", {1});
-  Quiet d;
-  const auto creased = tessellate(subdivision(c, "catmull-clark", {boundary, tag("crease", {1, 2}, {3.5f})}), {}, d);
-  ASSERT_TRUE(creased.has_value());
-  EXPECT_EQ(d.count("GEOM-TAG"), 1u);
-  EXPECT_EQ(creased->points, made(subdivision(c, "catmull-clark", {boundary})).points);
-  // Other creases of the mesh stay.
-  CageData both = cube();
-  for (const V3d& p : c.points) both.points.push_back(p + V3d(5, 0, 0));
-  both.sizes.insert(both.sizes.end(), {4, 4});
-  for (const int v : c.vertices) both.vertices.push_back(8 + v);
-  Quiet told;
-  const auto m = tessellate(
-      subdivision(both, "catmull-clark", {boundary, tag("crease", {9, 10}, {3.5f}), tag("crease", {0, 1}, {10})}), {},
-      told);
-  ASSERT_TRUE(m.has_value());
-  EXPECT_EQ(told.count("GEOM-TAG"), 1u);
-  EXPECT_LT(nearest(*m, V3d(0, -1, -1)), nearest(made(subdivision(cube())), V3d(0, -1, -1)) - 0.1);
-}
-
 TEST(Subdivision, TimeAndMemory) {
   const scene::Primitive p =
       subdivision(sheet(200, 0.01), "catmull-clark", {tag("interpolateboundary", {1})});  // 40,000 faces

@@ -91,8 +91,8 @@ TEST_F(MediumLevels, HaveTheMeansOfTheFinest) {
                     unified = "Integrator \"PxrUnified\" \"i\" \"int maxIndirectBounces\" [6]\n";
   for (const auto& [name, integrator] :
        std::vector<std::pair<std::string, std::string>>{{"paths", kPaths}, {"vcm", vcm}, {"unified", unified}})
-    for (const std::string medium :
-         {"\"color diffuseColor\" [0 0 0]", "", "\"int multiScatter\" [1]", kEmits, kMoves}) {
+    for (const std::string& medium :
+         std::vector<std::string>{"\"color diffuseColor\" [0 0 0]", "", "\"int multiScatter\" [1]", kEmits, kMoves}) {
       if (name != "paths" && (medium == kEmits || medium == kMoves)) continue;
       SCOPED_TRACE(name + " " + medium);
       const auto mean = [&](const std::string& more) { return overSeeds(request(integrator, medium, more, 64), 6); };
