@@ -1,7 +1,8 @@
-// What merging finds (plugins/integrator/parts/merge_index.h) against a look at every vertex: on surfaces and in space,
+// What merging finds (plugins/integrator/parts/merge_index.h, merge_search.h) against a look at every vertex: on surfaces and in space,
 // with radii that are alike and that grow across the powers of two at which cells change, at places of either sign and far
-// from the origin, built in another order of its parts. Each vertex is found once. It misses the order of what is found, and the kernel that looks at entries (the tests of Vcm have it).
-#include "plugins/integrator/parts/merge_index.h"
+// from the origin, built in another order of its parts. Each vertex is found once. Two widths find the same in
+// the same order. It misses wider kernels (the tests of Vcm have them).
+#include "plugins/integrator/parts/merge_search.h"
 
 #include <gtest/gtest.h>
 
@@ -34,21 +35,6 @@ CommitServices servicesOf(Host& host) {
   return s;
 }
 
-// What NearPhotons of vcm_merged.h does in lanes.
-struct LookAtEach {
-  const MergeIndex& index;
-  uint32_t operator()(const MergeIndex::Run& run, uint32_t* found) const {
-    uint32_t n = 0;
-    for (uint32_t i = run.begin; i < run.end; ++i) {
-      const MergeIndex::Place& p = index.places[i];
-      float d2 = 0;
-      for (int c = 0; c < 3; ++c) d2 += (p.P[c] - run.query.P[c]) * (p.P[c] - run.query.P[c]);
-      if (d2 <= run.query.radius * run.query.radius && p.tag - run.tag <= run.more) found[n++] = i;
-    }
-    return n;
-  }
-};
-
 // Radii are `grows` times the distance from the origin, as those of pixels are, or all the same.
 void expectFoundOnce(uint32_t count, bool isFlat, float at, float size, float grows) {
   std::mt19937 random(count + 7 * uint32_t(isFlat));
@@ -75,14 +61,22 @@ void expectFoundOnce(uint32_t count, bool isFlat, float at, float size, float gr
     place(q.P);
     q.radius = radiusAt(q.P);
   }
-  std::vector<std::multiset<uint32_t>> found(queries.size());
-  uint32_t before = 0;
-  index->near(uint32_t(queries.size()), queries.data(), grows + 0.01f, LookAtEach{*index},
-              [&](uint32_t query, uint32_t n, const uint32_t* entries) {
-                EXPECT_GE(query, before);
-                before = query;
-                for (uint32_t i = 0; i < n; ++i) found[query].insert(index->records[entries[i]]);
-              });
+  std::vector<std::vector<uint32_t>> inOrder[2];
+  const auto look = [&]<int W>(std::integral_constant<int, W>, std::vector<std::vector<uint32_t>>& to) {
+    to.resize(queries.size());
+    uint32_t before = 0;
+    HWY_NAMESPACE::findNear<W>(*index, uint32_t(queries.size()), queries.data(), grows + 0.01f,
+                               [&](uint32_t query, uint32_t n, const uint32_t* entries) {
+                                 EXPECT_GE(query, before);
+                                 before = query;
+                                 for (uint32_t i = 0; i < n; ++i) to[query].push_back(index->records[entries[i]]);
+                               });
+  };
+  look(std::integral_constant<int, 1>(), inOrder[0]);
+  look(std::integral_constant<int, 4>(), inOrder[1]);
+  EXPECT_EQ(inOrder[0], inOrder[1]);
+  std::vector<std::multiset<uint32_t>> found;
+  for (const auto& list : inOrder[0]) found.emplace_back(list.begin(), list.end());
   uint64_t total = 0;
   for (size_t k = 0; k < queries.size(); ++k) {
     const auto& [P, radius] = queries[k];
@@ -116,7 +110,7 @@ TEST(MergeIndex, OfNothingFindsNothing) {
   const MergeIndex* index = MergeIndex::build(services, 0, [&](uint64_t) -> const Photon& { return none; });
   ASSERT_TRUE(index);
   const MergeIndex::Query query{{0, 0, 0}, 1};
-  index->near(1, &query, 0.01f, LookAtEach{*index}, [](uint32_t, uint32_t, const uint32_t*) { ADD_FAILURE(); });
+  HWY_NAMESPACE::findNear<4>(*index, 1, &query, 0.01f, [](uint32_t, uint32_t, const uint32_t*) { ADD_FAILURE(); });
 }
 
 }  // namespace
