@@ -195,7 +195,7 @@ TEST(GeometryLevels, ADisplacedSphereIsALargerOne) {
 
 // Moving instances of two sizes and a medium between: all that a footprint is scaled by.
 TEST(GeometryLevels, BitsAreTheSameForAnyCacheThreadWidthAndGroup) {
-  const std::string object = levels(1, ".5") + kBumps +
+  const std::string object = levels(1, ".15") + kBumps +
                              "ObjectBegin \"o\"\nSphere 1 -1 1 360\nObjectEnd\n"
                              "AttributeBegin\nTranslate -1.2 0 0\nObjectInstance \"o\"\nAttributeEnd\n"
                              "AttributeBegin\nMotionBegin [0 1]\nTranslate 1 0 0\nTranslate 1 .5 0\nMotionEnd\n"
