@@ -159,7 +159,9 @@ void raiseBounds(shade::SpaceMedium& m, const volume::Majorants& grid, const std
     for (int k = 0; k < 3; ++k) from[k] = 0.5f * (from[k] + to[k]);
     const float here = m.majorants.count() > 1 ? emitted[grid.cellAt(from)] : brightest;
     const double meetings = std::min(kMeetings * double(here) / typical, kMostMeetings);
-    m.majorants[cell] = std::max(m.majorants[cell], float(meetings / size + 1 / longest));
+    const float least = float(meetings / size + 1 / longest);
+    m.majorants[cell] = std::max(m.majorants[cell], least);
+    for (shade::SpaceMedium::Level& level : m.levels) level.majorants[cell] = std::max(level.majorants[cell], least);
   }
 }
 
