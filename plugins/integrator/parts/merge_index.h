@@ -21,8 +21,6 @@ struct Photon {
   static constexpr uint32_t kHasFactors = 0x80000000u;  // PathVertex::factor is not 1
   uint32_t medium;                                      // that it lies in: Places::instance; kNoMedium: on a surface
   static constexpr uint32_t kNoMedium = 0xffffffffu;
-  uint32_t verticesBefore() const { return length & ~kHasFactors; }
-  bool hasFactors() const { return length & kHasFactors; }
 };
 
 struct MergeIndex {

@@ -17,8 +17,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 
-// Calls visit(query, n, entries) for the vertices within the radii of queries, in their order, for each once or more often;
-// n is kTogether or more only where more follow. What it calls with depends on the records alone, not on W.
+// Calls visit(query, n, entries) for the vertices within the radii of queries, in their order, for each once or more often,
+// with kFound entries at most. What it calls with depends on the records alone, not on W.
 template <int W, class Visit>
 class MergeSearch {
   using F = Float<W>;
