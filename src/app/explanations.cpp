@@ -296,6 +296,19 @@ constexpr Explanation kRooms[] = {
      "samples "
      "differ) is at most so much, and the samples that --max-spp allows did not suffice. The picture is complete "
      "otherwise."},
+    {"RENDER-CHECKPOINT",
+     "A checkpoint (--checkpoint, Option \"checkpoint\") could not be written, or the scene says no time for them that "
+     "can be read. The render goes on; if it is stopped, --recover finds the last checkpoint that was written."},
+    {"RENDER-CHECKPOINT-COMMAND",
+     "Option \"checkpoint\" \"string command\" names a program to run after each checkpoint. Scenes run programs with "
+     "--allow-exec alone; a program that ends with another code than 0 is told, and the render goes on."},
+    {"RENDER-RECOVER",
+     "--recover found a checkpoint that this frame cannot go on from: of another scene, another seed or frame, other "
+     "settings of adaptive sampling or more samples than are asked for, or a file that is broken. The message says "
+     "which. The frame is rendered from its first sample, and its own checkpoints take the place of that file."},
+    {"RENDER-RECOVERED",
+     "--recover found a checkpoint of this frame. Its samples are not taken again, and the picture has the bits of a "
+     "render that was never stopped."},
     {"RENDER-CROP",
      "CropWindow, or --crop, rounded to pixels as RIB says, is empty: a pixel belongs to the window that holds its "
      "top "

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -307,6 +308,7 @@ class RenderRun {
     if (!options_.check && !options_.onlySample)
       if (const int code = claim(written, frame); code != kComplete) return code;
 
+    setCheckpoint(scene, written, settings);
     const bool holdsNothing = isEmpty(scene);
     if (holdsNothing)
       diagnostics_.error("RENDER-EMPTY", scene.pos, "the world holds nothing: no object and no light",
@@ -348,6 +350,25 @@ class RenderRun {
     if (holdsNothing && code == kComplete) code = kBadScene;
     report(renderer, frame, code, written, isFirst);
     return code;
+  }
+
+  // Beside the first picture, or part, of a view. What the scene runs after each needs leave.
+  void setCheckpoint(const scene::Scene& scene, const std::vector<std::string>& written, render::Settings& settings) {
+    render::Checkpointing& c = settings.checkpoint;
+    c.file = (written.empty() ? std::string("kinora") : image::wholeName(written[0])) + ".checkpoint";
+    const std::string command = scene.options.getString("checkpoint:command", "");
+    if (command.empty()) return;
+    if (!options_.allowExec) {
+      diagnostics_.warning("RENDER-CHECKPOINT-COMMAND", scene.pos,
+                           "Option \"checkpoint\" \"command\" asks to run \"" + command + "\"", "it is not run",
+                           "--allow-exec lets scenes run programs");
+      return;
+    }
+    c.wasWritten = [this, command] {
+      if (std::system(command.c_str()) != 0)
+        diagnostics_.warning("RENDER-CHECKPOINT-COMMAND", {},
+                             "Option \"checkpoint\" \"command\" failed: \"" + command + "\"", "the render goes on");
+    };
   }
 
   int stoppedEarly() {
@@ -440,6 +461,8 @@ class RenderRun {
       note = isPart() ? fmt::format(" (interrupted: samples {}:{})", std::max(0, options_.settings.firstSample),
                                     renderer.samplesEnd())
                       : " (interrupted: fewer samples than asked for)";
+      if (!written.empty() && std::filesystem::exists(image::wholeName(written[0]) + ".checkpoint", ignored))
+        note += "; --recover goes on from its checkpoint";
     }
     for (const std::string& file : written)
       if (std::filesystem::is_regular_file(file, ignored))

@@ -31,21 +31,10 @@ bool isOneOf(const std::string& text, std::initializer_list<const char*> list) {
 // Values as text where their form is Kinora's own ("640x360"); CLI11 checks plain numbers.
 struct Texts {
   std::string resolution, samples, onlySample, progress = "auto", frames, memoryLimit, textureCache, geometryCache,
-                                               volumeCache, maxTime, snapshot;
+                                               volumeCache, maxTime, snapshot, checkpoint;
   std::vector<std::string> sets, searchPaths, dirmaps;
   std::vector<float> crop;
 };
-
-// Options of the contract that this version does not have: named as what they are, not as unknown.
-const char* unavailable(const std::vector<std::string>& arguments) {
-  static constexpr const char* kLater[] = {"--checkpoint", "--recover"};
-  for (const std::string& a : arguments) {
-    if (a == "--") return nullptr;
-    for (const char* option : kLater)
-      if (a == option || a.starts_with(option + std::string("="))) return option;
-  }
-  return nullptr;
-}
 
 std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
   render::Settings& s = out.settings;
@@ -130,6 +119,16 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     const auto seconds = parseTime(*text);
     if (!seconds) return std::string(option) + " '" + *text + "' is no time: 90s, 5m, 2h";
     *to = *seconds;
+  }
+  if (!texts.checkpoint.empty()) {
+    const size_t comma = texts.checkpoint.find(',');
+    const auto every = render::parseCheckpointTime(texts.checkpoint.substr(0, comma));
+    const auto exitAt = comma == std::string::npos ? render::CheckpointTime()
+                                                   : render::parseCheckpointTime(texts.checkpoint.substr(comma + 1));
+    if (!every || !exitAt)
+      return "--checkpoint '" + texts.checkpoint + "' is not INTERVAL[,EXITAT]: 30s, 5m, 1h, or passes as 16i";
+    s.checkpoint.every = *every;
+    s.checkpoint.exitAt = *exitAt;
   }
   static const std::map<std::string, ProgressMode> kModes{{"auto", ProgressMode::Auto},
                                                           {"bar", ProgressMode::Bar},
@@ -239,6 +238,13 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_option("--max-time", texts.maxTime, "stop as SIGTERM would after this time: 90s, 5m, 2h")->type_name("T");
   app.add_option("--snapshot", texts.snapshot, "write the picture so far every T (default 60s; 0: never)")
       ->type_name("T");
+  app.add_option(
+         "--checkpoint", texts.checkpoint,
+         "keep what --recover needs beside the picture, so often (30s, 5m, 1h, 16i: passes) and when the render "
+         "is stopped; stop at EXITAT")
+      ->type_name("INTERVAL[,EXITAT]");
+  app.add_flag("--recover", s.checkpoint.recovers,
+               "go on from the checkpoint beside the picture, where there is one; the same bits");
   app.add_option("--width", s.width, "SIMD width: 1, 4, 8, 16; changes no pixel")
       ->type_name("N")
       ->check(CLI::IsMember({1, 4, 8, 16}));
@@ -254,9 +260,6 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   app.add_flag("-q", out.quiet, "quieter: no progress; twice: no warnings");
   app.add_flag("-v", out.verbose, "more: what the scene holds and where time went");
 
-  if (const char* option = unavailable(arguments))
-    return badCommandLine(diagnostics, std::string("the option ") + option + " is not available yet",
-                          "see `kinora render --help`");
   if (const auto done = parse(app, arguments, diagnostics)) return done;
   if (out.files.empty()) return badCommandLine(diagnostics, "no scene is named", "see `kinora render --help`");
   if (const auto wrong = readTexts(texts, out))

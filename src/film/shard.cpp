@@ -27,7 +27,7 @@ namespace {
 using nlohmann::json;
 
 static_assert(std::endian::native == std::endian::little, "slices point at the halves of an int64");
-constexpr const char* kAttribute = "kinoraShard";
+constexpr const char *kAttribute = "kinoraShard", *kProgress = "kinoraProgress";
 
 std::string slotName(int slot, bool isHigh) {
   char name[32];
@@ -209,6 +209,7 @@ Status writeShard(const std::string& path, const Film& film, const ShardInfo& in
     for (int s = 0; s < film.slots(); ++s)
       for (const bool isHigh : {false, true}) header.channels().insert(slotName(s, isHigh), Imf::Channel(Imf::UINT));
     header.insert(kAttribute, Imf::StringAttribute(toJson(film, info).dump()));
+    if (!info.progress.empty()) header.insert(kProgress, Imf::StringAttribute(info.progress));
     ExrStream stream(file.path());
     try {
       Imf::OutputFile out(stream, header);
@@ -254,6 +255,8 @@ Status readShard(const std::string& path, Shard& out, uint64_t maxBytes) {
       out = {};
       return s;
     }
+    if (const auto* progress = in.header().findTypedAttribute<Imf::StringAttribute>(kProgress))
+      out.info.progress = progress->value();
     Film& film = *out.film;
     const Window& w = film.window();
     const Imath::Box2i box = in.header().dataWindow();
@@ -282,15 +285,20 @@ Status readShard(const std::string& path, Shard& out, uint64_t maxBytes) {
   }
 }
 
-Status addShard(Shard& sum, const Shard& part) {
-  if (part.info.seed != sum.info.seed)
-    return Status::fail("FILM-SHARD-SEED", "the parts have different seeds (" + std::to_string(sum.info.seed) +
-                                               " and " + std::to_string(part.info.seed) + ")");
-  if (part.info.frame != sum.info.frame)
-    return Status::fail("FILM-SHARD-FRAME", "the parts are of different frames (" + std::to_string(sum.info.frame) +
-                                                " and " + std::to_string(part.info.frame) + ")");
-  if (const std::string difference = sceneDifference(sum.info, part.info); !difference.empty())
+Status isOfOneFrame(const ShardInfo& before, const ShardInfo& part) {
+  if (part.seed != before.seed)
+    return Status::fail("FILM-SHARD-SEED", "the parts have different seeds (" + std::to_string(before.seed) +
+                                               " and " + std::to_string(part.seed) + ")");
+  if (part.frame != before.frame)
+    return Status::fail("FILM-SHARD-FRAME", "the parts are of different frames (" + std::to_string(before.frame) +
+                                                " and " + std::to_string(part.frame) + ")");
+  if (const std::string difference = sceneDifference(before, part); !difference.empty())
     return Status::fail("FILM-SHARD-SCENE", "it is of another scene than the parts before it: " + difference);
+  return {};
+}
+
+Status addShard(Shard& sum, const Shard& part) {
+  if (Status s = isOfOneFrame(sum.info, part.info); !s.ok()) return s;
   for (const SampleRange& a : sum.info.ranges)
     for (const SampleRange& b : part.info.ranges)
       if (a.begin < b.end && b.begin < a.end)
@@ -310,6 +318,7 @@ Status addShard(Shard& sum, const Shard& part) {
   }
   sum.info.ranges = std::move(joined);
   sum.info.renderSeconds += part.info.renderSeconds;
+  sum.info.progress.clear();
   for (const FileContents::Entry& f : part.info.lateFiles)
     if (std::find(sum.info.lateFiles.begin(), sum.info.lateFiles.end(), f) == sum.info.lateFiles.end())
       sum.info.lateFiles.push_back(f);

@@ -1,6 +1,6 @@
 // Part of a frame's samples as a file: the integers of a Film in an EXR, with what is needed to know which parts
-// belong together and to write the picture at the end. Written by `kinora render --samples`, read by `kinora merge`,
-// and the form that checkpoints and farms build on. It never rounds: merged parts equal the unsplit film bit for bit.
+// belong together and to write the picture at the end. Written by `kinora render --samples` and as checkpoint of a frame,
+// read by `kinora merge` and `kinora render --recover`. It never rounds: merged parts equal the unsplit film bit for bit.
 // Everything read is checked before it is believed; a broken or hostile file gives a Status.
 #pragma once
 #include <cstdint>
@@ -34,6 +34,9 @@ struct ShardInfo {
   double renderSeconds = 0;         // sum over the parts
   std::string kinoraVersion;
   std::string outputs;  // display_output.h's description of the displays, as JSON; not looked into here
+  // Of a checkpoint: what the render that wrote it needs to go on, beside the sums. Bytes that are not looked into here;
+  // merged parts have none.
+  std::string progress;
 };
 
 struct Shard {
@@ -48,6 +51,8 @@ Status readShard(const std::string& path, Shard& out, uint64_t maxBytes = uint64
 // True when the file is an EXR that says it is a shard. Reads the header only.
 bool isShard(const std::string& path);
 
+// Whether both are of one frame: scene hash, seed, frame number, files; the reason in the status where they are not.
+Status isOfOneFrame(const ShardInfo& before, const ShardInfo& part);
 // Adds `part` to `sum` when both are parts of one frame (scene hash, seed, frame, layout, window) and no sample is in
 // both. Nothing is changed on failure.
 Status addShard(Shard& sum, const Shard& part);

@@ -18,6 +18,7 @@ struct Adaptivity {
   int least = 16;  // samples a pixel before the first decision
   float darkFalloff = 0.025f;  // added to the level that the deviation is relative to
   bool isOn() const { return variance > 0 || error > 0; }
+  bool operator==(const Adaptivity&) const = default;
 };
 
 // Which pixels a pass traces, in blocks of 4 x 4: those of the raster's grid that touch the window, all of their pixels.
@@ -52,6 +53,12 @@ class ActivePixels {
     return x < 0 || y < 0 || bx < 0 || by < 0 || bx >= columns_ || by >= rows_ ? -1 : int64_t(by) * columns_ + bx;
   }
   uint64_t count() const { return count_; }  // active pixels within the window
+  // Shows all that passes change to archive(value), which keeps or replaces it (render/checkpoint.cpp).
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.active_);
+    archive(self.count_);
+  }
 
  private:
   image::Window window_{};
@@ -85,6 +92,11 @@ class NoiseEstimate {
   // each pixel, of all that count for the level.
   void squaredDeviations(size_t block, int earlier, int since, const int taken[ActivePixels::kPixels],
                          float darkFalloff, double out[ActivePixels::kPixels]) const;
+  // See ActivePixels.
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.sums_);
+  }
 
  private:
   static constexpr size_t kTolerance = ActivePixels::kPixels * 6;  // behind the sums by pixel, part, channel
@@ -123,6 +135,17 @@ class Convergence {
   // the samples that are expected to be taken from then on, pixel by pixel, -1 before the first one.
   double error() const { return error_; }
   double samplesLeft() const { return left_; }
+  // See ActivePixels. What was asked for is not in it.
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.part_);
+    archive(self.ofSample_);
+    archive(self.lasting_);
+    archive(self.smoothed_);
+    archive(self.taken_);
+    archive(self.error_);
+    archive(self.left_);
+  }
 
  private:
   void decideBy(const NoiseEstimate& noise, int last, ActivePixels& active);

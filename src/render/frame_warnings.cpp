@@ -168,4 +168,58 @@ void warnOfBlackness(const film::Film& f, const film::DisplayOutput& output, con
                   : "look at the camera's transform, the clipping planes and the messages about objects left out");
 }
 
+void warnOfSamples(const film::FilmCounters& counters, Diagnostics& diagnostics) {
+  if (counters.nonFinite) {
+    const film::BadSample bad = counters.bad.empty() ? film::BadSample() : counters.bad.front();
+    diagnostics.warning("RENDER-NONFINITE", {},
+                        std::to_string(counters.nonFinite) + " samples were not finite; the first at pixel " +
+                            std::to_string(bad.x) + "," + std::to_string(bad.y) + " sample " +
+                            std::to_string(bad.sampleIndex),
+                        "they were left out with their weight",
+                        "--only-sample " + std::to_string(bad.x) + "," + std::to_string(bad.y) + "," +
+                            std::to_string(bad.sampleIndex) + " shows the path");
+  }
+}
+
+void warnOfRecords(const Frame& frame, const Instance& integrator, Diagnostics& diagnostics) {
+  if (frame.droppedRecords())
+    diagnostics.warning("RENDER-RECORDS", {},
+                        std::to_string(frame.droppedRecords()) +
+                            " records that the integrator wanted to keep belong to no list that this stage writes",
+                        "they were dropped",
+                        "the plug-in declares its lists of records, each with the stage that writes it");
+  if (!frame.learnsAsWanted())
+    diagnostics.warning("RENDER-LEARNING", {},
+                        std::string(integrator.plugin()->name) +
+                            " wants to learn, but has other stages than camera paths, or no function for it",
+                        "it renders with nothing learned",
+                        "the plug-in has one stage and IntegratorFunctions::learn");
+}
+
+void warnOfPaths(const Statistics& stats, Diagnostics& diagnostics) {
+  if (stats.endlessRays)
+    diagnostics.warning("RENDER-PASSES", {},
+                        std::to_string(stats.endlessRays) +
+                            " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
+                        "camera and indirect rays ended there as in empty space, shadow rays as blocked",
+                        "opaque cards or a coarser model where hundreds of such layers lie behind each other");
+  const auto nameOf = [](const std::string& name) {
+    return name.empty() ? std::string("an object without a name") : "object \"" + name + '"';
+  };
+  // one path of a hundred thousand slips through between facets that meet
+  if (stats.lostBelow[0] * 100000 > stats.cameraHits + stats.indirectHits)
+    diagnostics.warning("SUBSURFACE-OPEN", {},
+                        std::to_string(stats.lostBelow[0]) +
+                            " paths below a surface met nothing of its object, the first one " +
+                            nameOf(stats.lostObject[0]),
+                        "their light comes out where it went in, as from a diffuse surface",
+                        "subsurface scattering needs closed meshes, not curves, points or sheets");
+  if (stats.lostBelow[1])
+    diagnostics.warning("SUBSURFACE-LONG", {},
+                        std::to_string(stats.lostBelow[1]) + " paths below a surface had no end, the first in " +
+                            nameOf(stats.lostObject[1]),
+                        "their light comes out where it went in",
+                        "a closed mesh, a longer mean free path or a darker colour");
+}
+
 }  // namespace kinora::render

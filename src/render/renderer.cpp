@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <optional>
 #include <thread>
 
 #include "base/memory.h"
@@ -21,6 +22,7 @@
 #include "plugin/registry.h"
 #include "render/camera_attributes.h"
 #include "render/check_scene.h"
+#include "render/checkpoint.h"
 #include "render/frame.h"
 #include "render/frame_identity.h"
 #include "render/frame_plan.h"
@@ -81,7 +83,8 @@ struct Renderer::Impl {
   FrameIdentity identity;
   Clock::time_point loadedAt;
   MemoryHold sceneHeld{MemoryUse::Description}, filmHeld{MemoryUse::Film}, picturesHeld{MemoryUse::Pictures};
-  std::vector<int64_t> passStart;  // the film's sums before the running pass; for parts of a frame only
+  Checkpointing checkpointing;
+  Checkpoints checkpoints;  // of the running render; also what an interrupted part of a frame falls back to
 
   Impl(Registry& r, Diagnostics& d, Settings s)
       : registry(r), diagnostics(d), settings(std::move(s)), builder(r, d, settings) {
@@ -101,6 +104,7 @@ struct Renderer::Impl {
     }
     if (!builder.buildCamera(scene, stats)) return false;
     counts = sampleCountsOf(scene, settings, diagnostics);
+    checkpointing = checkpointingOf(scene, settings.checkpoint, diagnostics);
     return makeIntegrator();
   }
 
@@ -152,10 +156,10 @@ struct Renderer::Impl {
   void chargeFilm(const film::Window& window) {
     filmHeld.set(0);
     picturesHeld.set(0);
-    // an interrupted part of a frame falls back to the sums of the last complete pass
-    const uint64_t copies = settings.firstSample >= 0 ? 2 : 1;
+    // an interrupted part of a frame, and a checkpoint, fall back to the sums of the last complete pass
+    const uint64_t copies = settings.firstSample >= 0 || checkpointing.isOn() ? 2 : 1;
     const uint64_t noiseBytes = counts.adaptivity.isOn() ? bytesForNoise(window) : 0;
-    filmHeld.set(copies * film::Film::bytesNeeded(window, plan->displays.layout) + noiseBytes);
+    filmHeld.set(copies * (film::Film::bytesNeeded(window, plan->displays.layout) + noiseBytes));
     uint64_t floats = 0;
     for (const film::Output& o : plan->displays.outputs) {
       uint64_t n = 0;
@@ -237,7 +241,7 @@ struct Renderer::Impl {
     m.seed = settings.seed;
     m.samples = rangesDone();
     m.samplesPerPixel = double(samplesTaken) / double(std::max<uint64_t>(1, film->window().pixels()));
-    m.renderSeconds = seconds;
+    m.renderSeconds = seconds + checkpoints.recovered().seconds;
     m.kinoraVersion = kVersion;
     m.sceneHash = identity.hash(!early);
     m.pixelFilter = plan->filter.name();
@@ -504,7 +508,7 @@ struct Renderer::Impl {
   }
 
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
-  // would outlast a snapshot's time is cut, so that there is a picture to look at. Cutting changes no pixel.
+  // would outlast the time of a snapshot or a checkpoint is cut. Cutting changes no pixel.
   int passEnd(int a, double seconds) const {
     if (counts.stride > 1) return a + 1;
     int b = counts.last;
@@ -515,12 +519,16 @@ struct Renderer::Impl {
         break;
       }
     constexpr int kLeast = 4;  // smaller passes would not fill a ray group
-    if (settings.snapshotSeconds <= 0 || samplesDone == 0 || hasLightStage() ||
+    double longest = std::numeric_limits<double>::infinity();
+    for (const double wanted :
+         {settings.snapshotSeconds, checkpoints.wanted().every.seconds, checkpoints.wanted().exitAt.seconds})
+      if (wanted > 0) longest = std::min(longest, wanted);
+    if (!std::isfinite(longest) || samplesDone == checkpoints.recovered().samples || hasLightStage() ||
         Frame::passSamplesOf(*integrator.plugin(), integrator.data()))
       return b;
-    const double perSample = seconds / samplesDone;
-    if ((b - a) * perSample <= settings.snapshotSeconds) return b;
-    return std::min(b, a + std::max(kLeast, int(settings.snapshotSeconds / perSample)));
+    const double perSample = seconds / (samplesDone - checkpoints.recovered().samples);
+    if ((b - a) * perSample <= longest) return b;
+    return std::min(b, a + std::max(kLeast, int(longest / perSample)));
   }
 
   void fitRecords(int first, int last) {
@@ -550,7 +558,8 @@ struct Renderer::Impl {
     if (p.isErrorWanted) p.error = convergence.error();
     if (p.isErrorWanted && !isExpected) return p;  // nobody knows yet
     p.fraction = taken / std::max(1.0, taken + left);
-    p.secondsLeft = taken > 0 ? seconds / taken * left : -1;
+    const double takenNow = taken - double(checkpoints.recovered().taken);
+    p.secondsLeft = takenNow > 0 ? seconds / takenNow * left : -1;
     return p;
   }
 
@@ -566,10 +575,33 @@ struct Renderer::Impl {
         "the picture is written", "--max-spp allows more samples");
   }
 
-  void keepSums() {
-    const film::Window& w = film->window();
-    const int64_t* sums = film->pixel(w.x0, w.y0);
-    passStart.assign(sums, sums + film->bytes() / sizeof(int64_t));
+  Sampled sampled() { return {*film, counts, samplesDone, samplesTaken, active, noise.get(), convergence}; }
+
+  // Of the sums as they are, of complete passes.
+  film::ShardInfo shardInfo(double seconds) {
+    film::ShardInfo info;
+    info.sceneHash = identity.hash(true);
+    info.inventory = identity.inventory(scene);
+    info.lateFiles = identity.lateFiles(builder.contents());
+    for (const FileContents::Entry& f : checkpoints.recovered().files)
+      if (std::find(info.lateFiles.begin(), info.lateFiles.end(), f) == info.lateFiles.end())
+        info.lateFiles.push_back(f);
+    info.seed = settings.seed;
+    info.frame = scene.frame;
+    info.pixelFilter = plan->filter.name();
+    info.ranges = rangesDone();
+    info.renderSeconds = seconds + checkpoints.recovered().seconds;
+    info.kinoraVersion = kVersion;
+    info.outputs = film::outputsToJson(plan->displays, metadata(seconds, true, false));
+    return info;
+  }
+
+  void writeCheckpoint(double seconds) { checkpoints.write(sampled(), shardInfo(seconds), seconds, diagnostics); }
+  // The frame ends before its time: the passes that are complete are kept.
+  void keepWork(double seconds) {
+    if (!checkpoints.wanted().isOn() || samplesDone == 0) return;
+    checkpoints.fallBack(sampled());
+    writeCheckpoint(seconds);
   }
 
   Outcome run(bool write, const std::function<void(const Progress&)>& progress);
@@ -641,18 +673,22 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     makeFrame();
     samplesDone = 0;
     samplesTaken = 0;
+    checkpoints = Checkpoints(checkpointing);
+    if (checkpoints.wanted().recovers) checkpoints.recover(sampled(), shardInfo(0), diagnostics);
+    takenAtDecision = samplesTaken;
     auto lastSnapshot = Clock::now();
-    bool complete = true, showed = false;
-    const bool isPart = settings.firstSample >= 0;
-    for (int a = counts.first; a < counts.last && active.count() > 0;) {
+    bool complete = true, showed = false, leaves = false;
+    const bool keepsSums = settings.firstSample >= 0 || checkpoints.wanted().isOn();
+    for (int a = counts.first + samplesDone * counts.stride; a < counts.last && active.count() > 0;) {
       const int b = passEnd(a, since(start));
       if (renderTime) renderTime->look();
-      if (isPart) keepSums();
+      if (keepsSums) checkpoints.passBegins(sampled());
       fitRecords(a, b);
       if (!frame->pass(a, b)) {
         complete = false;
         break;
       }
+      checkpoints.passEnds();
       samplesTaken += uint64_t(b - a) * active.count();
       samplesDone += b - a;
       a = b - 1 + counts.stride;
@@ -671,6 +707,13 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         lastSnapshot = Clock::now();
         if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
       }
+      const bool goesOn = a < counts.last && active.count() > 0;
+      if (goesOn && checkpoints.isDue(seconds, isAsked)) writeCheckpoint(seconds);
+      leaves = goesOn && checkpoints.isOver(seconds);
+      if (leaves) {
+        complete = false;
+        break;
+      }
       countTextures();
       Memory::check(MemoryUse::Textures);
     }
@@ -686,53 +729,10 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     stats.negativeSamples = counters.negative;
     stats.relativeError = relativeError();
     for (uint64_t n : counters.saturated) stats.saturatedSamples += n;
-    if (counters.nonFinite) {
-      const film::BadSample bad = counters.bad.empty() ? film::BadSample() : counters.bad.front();
-      diagnostics.warning("RENDER-NONFINITE", {},
-                          std::to_string(counters.nonFinite) + " samples were not finite; the first at pixel " +
-                              std::to_string(bad.x) + "," + std::to_string(bad.y) + " sample " +
-                              std::to_string(bad.sampleIndex),
-                          "they were left out with their weight",
-                          "--only-sample " + std::to_string(bad.x) + "," + std::to_string(bad.y) + "," +
-                              std::to_string(bad.sampleIndex) + " shows the path");
-    }
-    if (frame->droppedRecords())
-      diagnostics.warning("RENDER-RECORDS", {},
-                          std::to_string(frame->droppedRecords()) +
-                              " records that the integrator wanted to keep belong to no list that this stage writes",
-                          "they were dropped",
-                          "the plug-in declares its lists of records, each with the stage that writes it");
-    if (!frame->learnsAsWanted())
-      diagnostics.warning("RENDER-LEARNING", {},
-                          std::string(integrator.plugin()->name) +
-                              " wants to learn, but has other stages than camera paths, or no function for it",
-                          "it renders with nothing learned",
-                          "the plug-in has one stage and IntegratorFunctions::learn");
-    if (stats.endlessRays)
-      diagnostics.warning(
-          "RENDER-PASSES", {},
-          std::to_string(stats.endlessRays) +
-              " rays met more surfaces that are partly absent, clear or displaced than a ray may pass",
-          "camera and indirect rays ended there as in empty space, shadow rays as blocked",
-          "opaque cards or a coarser model where hundreds of such layers lie behind each other");
+    warnOfSamples(counters, diagnostics);
+    warnOfRecords(*frame, integrator, diagnostics);
     warnOfMedia(integrator, builder, stats, diagnostics);
-    const auto nameOf = [](const std::string& name) {
-      return name.empty() ? std::string("an object without a name") : "object \"" + name + '"';
-    };
-    // one path of a hundred thousand slips through between facets that meet
-    if (stats.lostBelow[0] * 100000 > stats.cameraHits + stats.indirectHits)
-      diagnostics.warning("SUBSURFACE-OPEN", {},
-                          std::to_string(stats.lostBelow[0]) +
-                              " paths below a surface met nothing of its object, the first one " +
-                              nameOf(stats.lostObject[0]),
-                          "their light comes out where it went in, as from a diffuse surface",
-                          "subsurface scattering needs closed meshes, not curves, points or sheets");
-    if (stats.lostBelow[1])
-      diagnostics.warning("SUBSURFACE-LONG", {},
-                          std::to_string(stats.lostBelow[1]) + " paths below a surface had no end, the first in " +
-                              nameOf(stats.lostObject[1]),
-                          "their light comes out where it went in",
-                          "a closed mesh, a longer mean free path or a darker colour");
+    warnOfPaths(stats, diagnostics);
     const TextureStatistics t = builder.textures().statistics();
     builder.countLevels(stats);
     builder.countVolumes(stats);
@@ -753,13 +753,19 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       if (complete) warnOfBlackness(*film, *output, scene, builder.world().hasHoles, registry, diagnostics);
       const bool written = output->write(*film, metadata(stats.renderSeconds, complete, false));
       if (stats.firstPixelSeconds < 0) stats.firstPixelSeconds = since(loadedAt);
+      if (complete && written) checkpoints.remove();
+      if (complete && !written) keepWork(stats.renderSeconds);
+      if (!complete && !leaves) keepWork(stats.renderSeconds);
       if (!written) return Outcome::CannotWrite;
+    } else if (!complete && !leaves) {
+      keepWork(stats.renderSeconds);
     }
     return complete ? Outcome::Complete : Outcome::Interrupted;
   } catch (const MemoryExceeded& e) {
     diagnostics.error("MEMORY-LIMIT", scene.pos, e.what(), "stopped; the picture has the samples that were done",
                       "raise --memory-limit, or simplify what is largest");
     if (write && output && samplesDone > 0) output->snapshot(*film, metadata(since(start), false, true));
+    keepWork(since(start));
     return Outcome::OutOfMemory;
   } catch (const std::bad_alloc&) {
     diagnostics.error("RENDER-MEMORY", scene.pos, "not enough memory to render", "stopped");
@@ -795,24 +801,12 @@ bool Renderer::writeShard(const std::string& file) {
                           "no part is written");
     return false;
   }
-  if (m.samplesDone < m.counts.count() && !m.passStart.empty()) {
-    // buckets of a pass that was not finished are ahead of the others
-    const film::Window& w = m.film->window();
-    std::memcpy(m.film->pixel(w.x0, w.y0), m.passStart.data(), size_t(m.film->bytes()));
-  }
-  film::ShardInfo info;
-  info.sceneHash = m.identity.hash(true);
-  info.inventory = m.identity.inventory(m.scene);
-  info.lateFiles = m.identity.lateFiles(m.builder.contents());
-  info.seed = m.settings.seed;
-  info.frame = m.scene.frame;
-  info.pixelFilter = m.plan->filter.name();
-  info.ranges = m.rangesDone();
-  info.renderSeconds = m.stats.renderSeconds;
-  info.kinoraVersion = kVersion;
-  info.outputs = film::outputsToJson(m.plan->displays, m.metadata(m.stats.renderSeconds, true, false));
+  const bool isComplete = m.samplesDone == m.counts.count();
+  if (!isComplete) m.checkpoints.fallBack(m.sampled());
+  const film::ShardInfo info = m.shardInfo(m.stats.renderSeconds);
   const film::Status s = film::writeShard(file, *m.film, info);
   if (!s.ok()) m.diagnostics.error("FILM-SHARD-WRITE", {}, s.what, "nothing was written");
+  if (s.ok() && isComplete) m.checkpoints.remove();
   return s.ok();
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "render/checkpointing.h"
 #include "render/statistics.h"
 #include "scene/procedural.h"
 #include "scene/scene.h"
@@ -59,11 +60,12 @@ struct Settings {
   uint64_t volumeCacheBytes = 0;  // of grids in memory; 0: what the scene says, else half of the memory limit, if any
   volume::ReaderProgram volumeReader;         // reads files of volumes; without a command none are
   double snapshotSeconds = 60;                // 0: never
+  Checkpointing checkpoint;                   // --checkpoint, --recover
   bool readsAllProcedurals = false;           // before the first sample: the same picture
   bool errorMap = false;                      // measure each pixel's error too, for the statistics
   shade::RayListener* rayListener = nullptr;  // for measurements
   std::atomic<bool>* stop = nullptr;          // set by a signal: finish running buckets, then return
-  std::atomic<bool>* snapshotNow = nullptr;   // set by a signal: write the picture so far, then go on
+  std::atomic<bool>* snapshotNow = nullptr;   // set by a signal: write picture and checkpoint so far, then go on
 };
 
 struct Progress {

@@ -11,7 +11,7 @@ namespace kinora::rib {
 enum class Where { Hider, Option, Attribute, Display };
 
 // Why `p` has no effect, with what does the same here where something does; null where it has one, where nobody knows
-// the name, or where its value asks for what is done anyway. Names are "adaptall", and "checkpoint:interval" of what
+// the name, or where its value asks for what is done anyway. Names are "adaptall", and "checkpoint:asfinal" of what
 // stands in a group.
 const char* whyNoEffect(Where where, std::string_view name, const scene::Parameter& p);
 
