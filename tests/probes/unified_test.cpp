@@ -58,20 +58,24 @@ TEST(Unified, IsConnectionAndMergingByTheChoiceOfLightPaths) {
   EXPECT_FALSE(films[0] == films[1] || films[1] == films[2] || films[0] == films[2]);
 }
 
-TEST(Unified, GuidesAsThePathTracerDoes) {
-  const Sets guided{{"integrator.risPathGuiding", "1"}}, learned{{"integrator.guidingSamples", "4"}};
-  Sets unified = with(guided), same = with(kForward);
-  unified.emplace_back("integrator.indirectTrainingSamples", "4");
-  same.insert(same.end(), guided.begin(), guided.end());
-  same.insert(same.end(), learned.begin(), learned.end());
-  std::string said;
-  EXPECT_TRUE(filmOf("PxrUnified", unified, &said) == filmOf("PxrPathTracer", same));
-  EXPECT_EQ(said, "");
-  // light paths are not guided
-  Sets both = with({{"integrator.traceLightPaths", "1"}});
-  const auto plain = filmOf("PxrUnified", both);
-  both.insert(both.end(), guided.begin(), guided.end());
-  EXPECT_TRUE(filmOf("PxrUnified", both) == plain);
+TEST(Unified, LearnsAsThePathTracerDoes) {
+  for (const Sets& wanted : {Sets{{"integrator.risPathGuiding", "1"}}, Sets{{"integrator.learnLights", "1"}},
+                             Sets{{"integrator.numLightCandidates", "4"}}}) {
+    Sets unified = with(wanted), same = with(kForward);
+    unified.emplace_back("integrator.indirectTrainingSamples", "4");
+    same.insert(same.end(), wanted.begin(), wanted.end());
+    same.emplace_back("integrator.guidingSamples", "4");
+    std::string said;
+    const auto film = filmOf("PxrUnified", unified, &said);
+    EXPECT_TRUE(film == filmOf("PxrPathTracer", same)) << wanted[0].first;
+    EXPECT_FALSE(film == filmOf("PxrUnified", with({}))) << wanted[0].first << " does nothing";
+    EXPECT_EQ(said, "");
+    // nothing of this is for light paths
+    Sets both = with({{"integrator.traceLightPaths", "1"}});
+    const auto plain = filmOf("PxrUnified", both);
+    both.insert(both.end(), wanted.begin(), wanted.end());
+    EXPECT_TRUE(filmOf("PxrUnified", both) == plain) << wanted[0].first;
+  }
 }
 
 TEST(Unified, PassesMergingInMediaOn) {

@@ -79,24 +79,10 @@ constexpr Param kParams[] = {
     pathParameters::kVolumeAggregateCamera,
     pathParameters::kVolumeAggregateIndirect,
     pathParameters::kVolumeAggregateTransmission,
-    param::integer("learnLights", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Learn over the first samples which lights are worth a sample, region by region: for rooms where many "
-              "lights are hidden from many places."),
-    param::integer("numLightCandidates", 1)
-        .range(1, 16)
-        .help("Light samples at camera hits are chosen each from so many by what they would bring were nothing in "
-              "their way, before shadow rays: for skies and many lights. Not with learnLights."),
-    param::integer("guidingSamples", 64)
-        .range(1, 4096)
-        .help("With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
-              "two."),
-    param::integer("guidingRegions", 2048)
-        .range(16, 65536)
-        .help(
-            "With risPathGuiding or learnLights: regions of space that are learned of apart, at most; each takes 14 "
-            "KB, with learnLights alone 200 bytes."),
+    pathParameters::kLearnLights,
+    pathParameters::kNumLightCandidates,
+    pathParameters::kGuidingSamples,
+    pathParameters::kGuidingRegions,
     pathParameters::kManifoldWalk,
     pathParameters::kMaxInterfaces,
     pathParameters::kMaxIterations,
@@ -124,11 +110,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
     values.warn("PARAM-CHOICE", "sampleMode is bxdf or manual, not '" + mode + "'", "bxdf is used");
   }
   o->guides = values.number("risPathGuiding") != 0;
-  o->learnsLights = values.number("learnLights") != 0;
-  o->lightCandidates = uint32_t(from::within(values, from::named(kParams, "numLightCandidates")));
-  o->guiding = guiding::optionsFor(o->guides, o->learnsLights);
-  o->guiding.samples = uint32_t(from::within(values, from::named(kParams, "guidingSamples")));
-  o->guiding.regions = uint32_t(from::within(values, from::named(kParams, "guidingRegions")));
+  from::learning(values, from::within(values, from::kGuidingSamples), *o);
   o->manifold = from::manifold(values);
   o->refractsAlpha = values.number("accumOpacity") != 0;
   o->mostPassed = int32_t(from::within(values, from::named(kParams, "maxContinuationLength")));

@@ -85,7 +85,8 @@ constexpr Param kParams[] = {
         .help("No effect: what risPathGuiding learns has no such setting."),
     param::integer("indirectTrainingSamples", 0)
         .range(0, 4096)
-        .help("With risPathGuiding: samples a pixel that are learned from, rounded down to a power of two; 0: 64."),
+        .help("With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
+              "two; 0: 64."),
     pathParameters::kManifoldWalk,
     pathParameters::kMaxInterfaces,
     pathParameters::kMaxIterations,
@@ -119,6 +120,9 @@ constexpr Param kParams[] = {
         .options("0 off, 1 on")
         .help("As that of PxrPathTracer, where traceLightPaths is 0: directions by where light was found to come "
               "from."),
+    pathParameters::kLearnLights,
+    pathParameters::kNumLightCandidates,
+    pathParameters::kGuidingRegions,
     param::integer("sssOversampling", 8)
         .range(1, 64)
         .help("No effect: a path below a surface is followed by itself, not chosen among candidates."),
@@ -167,7 +171,8 @@ struct Data {
     if (farthest > 0) forward.farthest = farthest;
     forward.guides = isForward && v.integer("risPathGuiding") != 0;
     const int learned = v.integer("indirectTrainingSamples");
-    if (learned > 0) forward.guiding.samples = uint32_t(std::min(learned, 4096));
+    from::learning(v, learned > 0 ? float(std::min(learned, 4096)) : float(guiding::Options().samples), forward);
+    forward.learnsLights = isForward && forward.learnsLights;
     from::mergeMedia(v, both);
     both.kept = from::within(v, from::kKeptPaths);
     if (!both.merges) both.mergesMedia = both.beams = false;
@@ -181,7 +186,7 @@ inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
 inline uint32_t learning(const void* data, Learning* out) {
   const auto& d = *static_cast<const Data*>(data);
   *out = guiding::learning(d.forward.guiding);
-  return d.forward.guides;
+  return d.isForward && (d.forward.guides || d.forward.learnsLights);
 }
 inline uint32_t tellsLobesApart(const void* data) {
   const auto& d = *static_cast<const Data*>(data);

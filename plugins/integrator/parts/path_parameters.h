@@ -2,6 +2,7 @@
 #pragma once
 #include <kinora/manifold_options.h>
 #include <kinora/named_values.h>
+#include <kinora/path_loop_options.h>
 #include <kinora/roulette.h>
 
 #include <algorithm>
@@ -101,6 +102,33 @@ inline constexpr Param kVolumeAggregateTransmission =
     param::string("volumeAggregateTransmission", "")
         .help("Instead for light on its way from a light to what it is sampled at; \"\": as volumeAggregate.");
 
+inline constexpr Param kLearnLights =
+    param::integer("learnLights", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
+        .help(
+            "Learn over the first samples which lights are worth a sample, region by region: for rooms where many "
+            "lights are hidden from many places. For camera paths alone.");
+inline constexpr Param kNumLightCandidates =
+    param::integer("numLightCandidates", 1)
+        .range(1, 16)
+        .help(
+            "Light samples at camera hits are chosen each from so many by what they would bring were nothing in "
+            "their way, before shadow rays: for skies and many lights. For camera paths alone, and not with "
+            "learnLights.");
+inline constexpr Param kGuidingSamples =
+    param::integer("guidingSamples", 64)
+        .range(1, 4096)
+        .help(
+            "With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
+            "two.");
+inline constexpr Param kGuidingRegions =
+    param::integer("guidingRegions", 2048)
+        .range(16, 65536)
+        .help(
+            "With risPathGuiding or learnLights: regions of space that are learned of apart, at most; each takes 14 "
+            "KB, with learnLights alone 200 bytes.");
+
 inline constexpr Param kManifoldWalk =
     param::integer("manifoldWalk", 0)
         .range(0, 2)
@@ -152,6 +180,15 @@ inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uin
   const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
   return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
 }
+// What camera paths learn: directions where o.guides is set, and lights, over `samples`.
+inline void learning(const NamedValues& values, float samples, PathLoopOptions& o) {
+  o.learnsLights = within(values, kLearnLights) != 0;
+  o.lightCandidates = uint32_t(within(values, kNumLightCandidates));
+  o.guiding = guiding::optionsFor(o.guides, o.learnsLights);
+  o.guiding.samples = uint32_t(samples);
+  o.guiding.regions = uint32_t(within(values, kGuidingRegions));
+}
+
 inline ManifoldOptions manifold(const NamedValues& values) {
   ManifoldOptions o;
   const float walk = within(values, kManifoldWalk), interfaces = within(values, kMaxInterfaces);
