@@ -18,7 +18,7 @@ bool isReadable(const Workplace& w, const std::string& file) { return w.run({"di
 // KINORA_SIGNAL_MOMENTS asks for more moments than a test run has time for.
 int moments() {
   const char* asked = std::getenv("KINORA_SIGNAL_MOMENTS");
-  return asked ? std::max(1, std::atoi(asked)) : 12;
+  return asked ? std::max(1, std::atoi(asked)) : 8;
 }
 
 TEST(Signals, SigtermAtAnyMomentLeavesAWholePictureOrNone) {

@@ -78,7 +78,7 @@ TileMoments tilesOf(Workshop& stage, const std::string& text, const Sets& sets, 
 void expectSameMeans(const std::string& text, double sharpness, uint32_t seeds = 12, int samples = 48) {
   Workshop stage;
   // What is found by chance has long tails: it takes more samples until sums are normal.
-  constexpr int kByChance = 512;
+  constexpr int kByChance = 384;
   const TileMoments chance = tilesOf(stage, text, exact(0), 100, seeds, kByChance),
                     walks = tilesOf(stage, text, exact(1), 300, seeds, samples);
   const TileTest t = compareTiles(walks, chance, 0.01);

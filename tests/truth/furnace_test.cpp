@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <kinora/bxdf.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support/render_scene.h"
@@ -58,7 +59,7 @@ std::array<double, 3> albedo(const Setting& s, double cosine) {
   SphereCells cells({0, 0, 1}, 2);
   std::vector<Vec3> pilot;
   std::array<double, 3> discrete{};
-  constexpr int kRounds = 64;
+  constexpr int kRounds = 32;
   for (int round = 0; round < kRounds; ++round) {
     for (uint32_t i = 0; i < kPoints; ++i)
       // the lobe's number is stratified: only it decides how much discrete lobes get
@@ -81,7 +82,7 @@ std::array<double, 3> albedo(const Setting& s, double cosine) {
     for (int k = 0; k < 3; ++k)
       for (uint32_t i = 0; i < n; ++i) out[size_t(k) * n + i] = e.total(1, k, i);
   };
-  const SphereIntegral integral = integrateSphere(cells, evaluate, 3, 3, 2e-6, 300000);
+  const SphereIntegral integral = integrateSphere(cells, evaluate, 3, 3, 2e-5, 300000);
   std::array<double, 3> sum{};
   for (size_t k = 0; k < 3; ++k) sum[k] = discrete[k] + integral.total[k];
   if (bxdf.functions().emission) {
@@ -110,17 +111,20 @@ TEST(Furnace, PlaneShowsTheAlbedoOfEachBxdf) {
               "WorldBegin\nLight \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n" + bxdfRib(s) +
               "Translate 0 0 5 Rotate " + angle +
               " 0 1 0\nPolygon \"vertex point P\" [-1 -1 0  -1 1 0  1 1 0  1 -1 0]\nWorldEnd\n";
-      // more seeds until the error is small enough for the question
+      // More seeds until the error is small enough for the question: a quarter of what may differ. The first tells
+      // whether few samples do.
       testing::Moments mean[3];
-      for (uint32_t seed = 1; seed <= 128; ++seed) {
+      for (uint32_t seed = 1; seed <= 33; ++seed) {
         r.settings.seed = seed;
+        r.settings.samplesPerPixel = seed == 1 ? 64 : 256;
         SceneRender render(r);
         ASSERT_TRUE(render.ok()) << nameOf(s);
         const image::Image picture = render.channel("Ci");
         bool enough = true;
+        if (seed == 2) std::fill(mean, mean + 3, testing::Moments());  // pixels of as many samples each
         for (int c = 0; c < 3; ++c) {
           for (size_t i = size_t(c); i < picture.pixels.size(); i += 3) mean[c].add(picture.pixels[i]);
-          enough = enough && mean[c].standardError() <= 6e-4 * expected[size_t(c)];
+          enough = enough && mean[c].standardError() <= 7.5e-4 * expected[size_t(c)];
         }
         if (enough) break;
       }
