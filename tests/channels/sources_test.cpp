@@ -250,8 +250,9 @@ TEST(Sources, PrimvarsAndWhatIsMissing) {
   EXPECT_EQ(at(r, "nothing", 7, 10), 0);
   std::string all;
   for (const std::string& m : r.messages()) all += m + "\n";
-  EXPECT_NE(all.find("DISPLAY-SOURCE: no primvar, PxrTee, light or filter of the scene gives \"nothing\""),
-            std::string::npos)
+  EXPECT_NE(
+      all.find("DISPLAY-SOURCE: no primvar, PxrTee, PxrMatteID, light or filter of the scene gives \"nothing\""),
+      std::string::npos)
       << all;
   SceneRender misspelt(request(
       "Ci,zz,Nn", world, "DisplayChannel \"float zz\" \"string source\" [\"PRADIUS\"]\nDisplayChannel \"int Nn\"\n"));

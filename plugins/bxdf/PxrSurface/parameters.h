@@ -40,11 +40,15 @@ namespace kinora::pxrSurface {
       param::normal(P "BumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),             \
       param::integer(P "DoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well.")
 
+constexpr Param connectable(Param p) {
+  p.flags &= ~uint32_t(kParamNotConnectable);
+  return p;
+}
 constexpr Param kParams[] = {
     param::structure("inputMaterial")
         .help("Layers from PxrLayer or PxrLayerMixer (pxrMaterialOut): they feed all parameters they have."),
-    param::array(Type::Int, "utilityPattern", nullptr, 0)
-        .help(PXRSURFACE_LATER "Patterns run for their side effects."),
+    connectable(param::array(Type::Int, "utilityPattern", nullptr, 0))
+        .help("Patterns that show values in display channels: PxrMatteID."),
     param::normal("bumpNormal").help("Shading normal of all lobes that have none of their own."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::integer("presenceCached", 1).range(0, 1).help(PXRSURFACE_LATER "Presence is evaluated at each hit."),
