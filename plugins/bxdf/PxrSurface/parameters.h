@@ -52,11 +52,13 @@ constexpr Param kParams[] = {
     param::normal("bumpNormal").help("Shading normal of all lobes that have none of their own."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::integer("presenceCached", 1).range(0, 1).help(PXRSURFACE_LATER "Presence is evaluated at each hit."),
-    param::color("shadowColor", 0.f).help(PXRSURFACE_LATER "Colour of shadows cast."),
+    param::color("shadowColor", 0.f)
+        .help("Share of lights' light that is left in shadows which the surface casts, by channel. Light paths "
+              "(PxrVCM) see nothing of it."),
     param::integer("shadowMode", 0)
         .range(0, 1)
         .options("0 shader and shadow colour, 1 shadow colour")
-        .help(PXRSURFACE_LATER "What shadows are coloured by."),
+        .help("0: glass colours its shadows by its tint too. 1: shadowColor alone says what is left."),
     param::integer("shadowBumpTerminator", 1)
         .range(0, 1)
         .help(PXRSURFACE_LATER "Softens the shadow line of strong bumps."),
