@@ -61,7 +61,9 @@ constexpr Param kParams[] = {
         .help("0: glass colours its shadows by its tint too. 1: shadowColor alone says what is left."),
     param::integer("shadowBumpTerminator", 1)
         .range(0, 1)
-        .help(PXRSURFACE_LATER "Softens the shadow line of strong bumps."),
+        .help("1: what bumps reflect that lean towards a light fades where the surface under them sees it no more. "
+              "Not of "
+              "mirrors and glass."),
     param::color("userColor", 0.f).help(PXRSURFACE_LATER "A colour handed to an output."),
     param::number("roughnessMollificationClamp", 32.f)
         .range(1, 64)
