@@ -18,7 +18,7 @@ enum LobeFlags : uint32_t {
   kLobeVolume = 4
 };
 struct LobeDecl {
-  const char* name;  // "Diffuse", "Specular": mapped to a lobe number by Option "lpe"
+  const char* name;  // "Diffuse", numbered by Option "lpe"; "=lobeName:Diffuse": that parameter's text, if any
   uint32_t flags;
 };
 

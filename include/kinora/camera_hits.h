@@ -35,11 +35,18 @@ class CameraHits {
 
   // Adds a colour at each point of a context to the picture, as light that the surface gives off: times the camera's
   // weight of the sample (vignetting), which the rows hold afterwards.
-  void show(const Context& c, float* const rgb[3]) const {
+  void show(const Context& c, float* const rgb[3]) const { show(c, rgb, services_->paths.start); }
+  // The same as light that the slot's lobe scatters on its way to the camera.
+  void showSlot(const Context& c, uint32_t slot, float* const rgb[3]) const {
+    const PathStates& paths = services_->paths;
+    show(c, rgb, paths.next[paths.start * paths.eventCount + c.eventOfSlot[slot]]);
+  }
+  // The same in any state of light path expressions.
+  void show(const Context& c, float* const rgb[3], uint32_t pathState) const {
     uint32_t *state = words(c.padded), *light = words(c.padded);
     for (uint32_t i = 0; i < c.padded; ++i) {
       for (int k = 0; k < 3; ++k) rgb[k][i] *= group_->rayWeight[c.path[i]];
-      state[i] = services_->paths.start;
+      state[i] = pathState;
       light[i] = kNoLight;
     }
     const Contributions out{c.count, c.path, {rgb[0], rgb[1], rgb[2]}, state, light};

@@ -21,6 +21,10 @@ std::shared_ptr<CLI::App> makeParser(const std::string& command, const std::stri
   return parser;
 }
 
+void takeOneAtATime(CLI::Option* option) {
+  option->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
 std::optional<int> parse(CLI::App& parser, const std::vector<std::string>& arguments, Diagnostics& diagnostics) {
   try {
     parser.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));

@@ -14,12 +14,16 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace kinora::app {
 
 // A parser with --help and --version that accepts options and files in any order.
 std::shared_ptr<CLI::App> makeParser(const std::string& command, const std::string& help);
+
+// Of an option that may be repeated: each use takes one value, so that a file may follow.
+void takeOneAtATime(CLI::Option* option);
 
 // Runs it. A value is the exit code with which the program is done: help was printed, or the command line is wrong.
 std::optional<int> parse(CLI::App& parser, const std::vector<std::string>& arguments, Diagnostics& diagnostics);

@@ -30,7 +30,8 @@ int runDiff(const Arguments& arguments) {
       ->type_name("V");
   parser->add_option("--pixels", limits.differingPixels, "limit on the share of differing pixels, 0..1")
       ->type_name("SHARE");
-  parser->add_option("--channels", limits.channels, "compare only these")->type_name("A,B")->delimiter(',');
+  takeOneAtATime(
+      parser->add_option("--channels", limits.channels, "compare only these")->type_name("A,B")->delimiter(','));
   parser->add_option("--crop", part, "compare only this part of the pictures, in 0..1 as CropWindow")
       ->type_name("XMIN XMAX YMIN YMAX")
       ->expected(4)

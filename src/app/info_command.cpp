@@ -127,11 +127,8 @@ int runInfo(const Arguments& arguments) {
   const auto parser = makeParser("info", "What a scene says, or what an image holds.");
   std::vector<std::string> files, archivePath;
   parser->add_option("FILE", files, "RIB files, read as one stream, or an image; - is standard input")->required();
-  parser->add_option("--archive-path", archivePath, "look for archives here; may be repeated")
-      ->type_name("DIRS")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  takeOneAtATime(parser->add_option("--archive-path", archivePath, "look for archives here; may be repeated")
+                     ->type_name("DIRS"));
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
   int code = kComplete;
   if (std::none_of(files.begin(), files.end(), hasImageName)) {

@@ -29,11 +29,8 @@ int runMerge(const Arguments& arguments) {
                    "write the primary picture here; else it goes where the scene says, as the others do")
       ->type_name("FILE");
   parser->add_flag("--keep-samples", keepShard, "write a larger part instead of pictures; needs -o");
-  parser->add_option("--plugin-path", pluginPath, "look for display drivers and display filters here")
-      ->type_name("DIR")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  takeOneAtATime(parser->add_option("--plugin-path", pluginPath, "look for display drivers and display filters here")
+                     ->type_name("DIR"));
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
   if (keepShard && output.empty()) return badCommandLine(diagnostics, "--keep-samples needs -o FILE");
   Registry registry;

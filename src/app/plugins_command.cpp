@@ -23,11 +23,8 @@ int runPlugins(const Arguments& arguments) {
   std::vector<std::string> path;
   bool markdown = false;
   parser->add_option("NAME", name, "a plug-in; case does not matter");
-  parser->add_option("--plugin-path", path, "look for plug-ins here too; may be repeated")
-      ->type_name("DIR")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  takeOneAtATime(
+      parser->add_option("--plugin-path", path, "look for plug-ins here too; may be repeated")->type_name("DIR"));
   parser->add_flag("--markdown", markdown, "as the manual has it: the index of stock plug-ins, or the page of NAME");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
 

@@ -162,10 +162,6 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
   CLI::App& app = *parser;
   render::Settings& s = out.settings;
   Texts texts;
-  // each use takes one value, so that a file may follow
-  const auto list = [](CLI::Option* option) {
-    option->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  };
 
   // not required(): the parser would name a missing file before an unknown option
   app.add_option("FILE", out.files, "RIB files; - is standard input");
@@ -198,8 +194,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->expected(4)
       ->allow_extra_args(false);
   app.add_option("--integrator", s.integrator, "integrator plug-in; overrides the scene's")->type_name("NAME");
-  list(app.add_option("--set", texts.sets, "override a parameter or option: integrator.maxIndirectBounces=4")
-           ->type_name("KIND.NAME=VALUE"));
+  takeOneAtATime(
+      app.add_option("--set", texts.sets, "override a parameter or option: integrator.maxIndirectBounces=4")
+          ->type_name("KIND.NAME=VALUE"));
   app.add_option("--seed", s.seed, "the frame's seed")->type_name("N");
   app.add_option("--samples", texts.samples, "render only samples A..B-1 of each pixel into an EXR for `merge`")
       ->type_name("A:B");
@@ -213,13 +210,14 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
                "let the scene run programs and shared objects (Procedural \"RunProgram\", \"DynamicLoad\")");
   app.add_flag("--read-procedurals", s.readsAllProcedurals,
                "read delayed archives before the first sample; changes no pixel");
-  list(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
-           ->type_name("DIR"));
-  list(app.add_option("--search-path", texts.searchPaths,
-                      "look for files of KIND here too: texture, archive, plugin, shader ...")
-           ->type_name("KIND=DIRS"));
-  list(app.add_option("--dirmap", texts.dirmaps, "replace the start of paths that the scene names; may be repeated")
-           ->type_name("FROM=TO"));
+  takeOneAtATime(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")
+                     ->type_name("DIR"));
+  takeOneAtATime(app.add_option("--search-path", texts.searchPaths,
+                                "look for files of KIND here too: texture, archive, plugin, shader ...")
+                     ->type_name("KIND=DIRS"));
+  takeOneAtATime(
+      app.add_option("--dirmap", texts.dirmaps, "replace the start of paths that the scene names; may be repeated")
+          ->type_name("FROM=TO"));
   app.add_option("--frames", texts.frames, "render only these frames; #### in names is the frame's number")
       ->type_name("A-B|A,B,C");
   app.add_option("--memory-limit", texts.memoryLimit, "refuse to hold more than this: 4G, 512M (exit code 5)")

@@ -99,9 +99,6 @@ int runRib(const Arguments& arguments) {
                  "Writes RIB as ASCII (default) or binary, compressed or not. Requests stay as they are; "
                  "comments go. Input may be ASCII, binary, gzip.");
   RibOptions o;
-  const auto list = [](CLI::Option* option) {
-    option->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  };
   parser->add_option("FILE", o.files, "RIB files, read as one stream; - is standard input");
   parser->add_option("-o,--output", o.output, "write here instead of standard output; .gz compresses")
       ->type_name("FILE");
@@ -112,8 +109,10 @@ int runRib(const Arguments& arguments) {
   parser->add_flag(
       "--resolve", o.isResolved,
       "write what Kinora understood: conditions decided, archives read, transforms and defaults worked out");
-  list(parser->add_option("--search-path", o.searchPaths, "look for archives here too")->type_name("archive=DIRS"));
-  list(parser->add_option("--dirmap", o.dirmaps, "replace the start of the names of archives")->type_name("FROM=TO"));
+  takeOneAtATime(
+      parser->add_option("--search-path", o.searchPaths, "look for archives here too")->type_name("archive=DIRS"));
+  takeOneAtATime(
+      parser->add_option("--dirmap", o.dirmaps, "replace the start of the names of archives")->type_name("FROM=TO"));
   parser->add_flag("--strict", o.isStrict, "a missing archive is an error (exit code 4)");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
   if (o.files.empty()) return badCommandLine(diagnostics, "no RIB file is named", "see `kinora rib --help`");

@@ -76,7 +76,7 @@ void warnOfChannels(const FramePlan& plan, const WorldBuilder& builder, const sc
     if (!isMarked(p.name) && !plan.sampleFilters.uses(p.name) && !plan.displayFilters.uses(p.name) &&
         !isPrimvar(p.name) && !shade::hasTee(*builder.world().materials, p.name))
       diagnostics.warning("DISPLAY-SOURCE", posOfSource(scene, p.name),
-                          "no primvar, PxrTee, light or filter of the scene gives \"" + p.name + "\"",
+                          "no primvar, PxrTee, PxrMatteID, light or filter of the scene gives \"" + p.name + "\"",
                           "its channel stays black",
                           "an output of a pattern or shader becomes a channel through a PxrTee: \"reference color "
                           "inputRGB\" [\"NODE:OUTPUT\"] \"string aov\" [\"" +

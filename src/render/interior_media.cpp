@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "shade/layered_bxdfs.h"
 #include "shade/material.h"
 
 namespace kinora::render {
@@ -13,9 +14,18 @@ namespace {
 
 constexpr uint32_t kOfMedium = 0x80000000;  // in the ids of what fills a primitive: those of scenes count from 1
 
+// A parameter's default, as a scene would say it.
+scene::Parameter defaultOf(const Param& p, const std::string& name) {
+  scene::Parameter out;
+  out.name = name;
+  const bool isOne = p.type == Type::Float || p.type == Type::Int;
+  out.type = isOne ? scene::ValueType::Float : scene::ValueType::Color;
+  out.floats.assign(p.value, p.value + (isOne ? 1 : 3));
+  return out;
+}
+
 // What of a material fills its objects; null: nothing that scatters.
-const InteriorMedium* interiorOf(const scene::Node& bxdf, Registry& registry, Diagnostics& diagnostics) {
-  const Descriptor* plugin = registry.find(Kind::Bxdf, bxdf.plugin, diagnostics, bxdf.pos);
+const InteriorMedium* interiorOf(const scene::Node& bxdf, const Descriptor* plugin) {
   const auto* traits = plugin ? static_cast<const BxdfTraits*>(plugin->traits) : nullptr;
   if (!traits || !traits->interiorMedium || !traits->enclosesMedium) return nullptr;
   Diagnostics quiet([](const std::string&, Severity) {});  // the surface's material says it all once more
@@ -51,9 +61,15 @@ const InteriorMedia::Networks& InteriorMedia::networksOf(const scene::NetworkPtr
   Networks& n = it->second;
   if (!isNew) return n;
   n.whole = network;  // held: nothing else gets its address
-  const scene::Node& node = *network->terminal;
-  const InteriorMedium* in = interiorOf(node, registry, diagnostics);
+  Diagnostics quiet(
+      [](const std::string&, Severity) {});  // what is wrong with a tree is told when its material is made
+  const scene::NetworkPtr flat = shade::withFlatLayers(*network, registry, quiet);
+  const scene::Network& whole = flat ? *flat : *network;
+  const scene::Node& node = *whole.terminal;
+  const Descriptor* plugin = registry.find(Kind::Bxdf, node.plugin, diagnostics, node.pos);
+  const InteriorMedium* in = interiorOf(node, plugin);
   if (!in) return n;
+  if (flat) shade::withFlatLayers(*network, registry, diagnostics);  // of this one it will not be made again
   scene::Node surface = node, medium = node;
   surface.params.erase(in->moves);
   medium.plugin = in->material;
@@ -65,8 +81,14 @@ const InteriorMedia::Networks& InteriorMedia::networksOf(const scene::NetworkPtr
       moved.name = in->parameters.data[k].there;
       medium.params.set(std::move(moved));
     }
-  n.surface = with(*network, std::move(surface));
-  n.medium = with(*network, std::move(medium));
+  // and what the scene leaves out is as this material has it, not as the medium would
+  for (uint32_t k = 0; k < in->parameters.count; ++k)
+    for (uint32_t i = 0; i < plugin->paramCount; ++i)
+      if (std::string_view(plugin->params[i].name) == in->parameters.data[k].own &&
+          !medium.params.find(in->parameters.data[k].there))
+        medium.params.set(defaultOf(plugin->params[i], in->parameters.data[k].there));
+  n.surface = with(whole, std::move(surface));
+  n.medium = with(whole, std::move(medium));
   return n;
 }
 

@@ -48,7 +48,7 @@ std::vector<uint32_t> visibilityOfShapes(const FlatScene& flat, const shade::Mat
     uint32_t& v = visibility[flat.kinds[k].shape];
     if (program.scatters) v |= trace::kAskedAlone;
     if (program.walkableLobes) v |= trace::kSeenByWalks;
-    if (program.opaque && !program.tints) continue;
+    if (program.opaque && !program.tints && program.shadowColor < 0) continue;
     v = (v & ~uint32_t(trace::kSeenByOpaqueShadow)) | trace::kSeenByClearShadow;
   }
   return visibility;
@@ -232,7 +232,8 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   return sight;
 }
 
-void compareShadows(const FlatScene& flat, Sight& sight, std::vector<shade::PlacementInfo>& infos) {
+void compareShadows(const FlatScene& flat, const shade::MaterialSet& materials, Sight& sight,
+                    std::vector<shade::PlacementInfo>& infos) {
   uint32_t opaque = trace::kSeenByOpaqueShadow;
   for (const shade::TraceSet& set : sight.sets) {
     opaque |= set.opaqueShadow;
@@ -246,8 +247,10 @@ void compareShadows(const FlatScene& flat, Sight& sight, std::vector<shade::Plac
     seen[k] = sight.ofKind[k] & sight.ofShape[flat.kinds[k].shape];
     const bool isSeen = seen[k] & trace::kSeenByIndirect,
                casts = seen[k] & (trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow);
-    sight.areShadowsUnseen |= casts && !isSeen;
-    sight.areShadowsOthers |= casts != isSeen;
+    // what stops the rays that find lights leaves some of the light in its shadow
+    const bool isColored = casts && materials.colorsShadows(infos[k].material);
+    sight.areShadowsUnseen |= (casts && !isSeen) || isColored;
+    sight.areShadowsOthers |= casts != isSeen || isColored;
   }
   for (size_t k = 0; sight.areShadowsOthers && k < seen.size(); ++k) infos[k].shadowCast = seen[k] & opaque;
 }

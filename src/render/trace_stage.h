@@ -23,7 +23,8 @@ struct Sight {
   std::vector<shade::TraceSet> sets;      // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
   ShadowSets ofLights;                                  // those that there was no room for are not there
-  // Objects that rays to lights pass and shadow rays do not, or the other way round, whoever sends them.
+  // Objects that rays to lights pass and shadow rays do not, or the other way round, whoever sends them, and those that
+  // colour their shadows.
   bool areShadowsOthers = false;
   bool areShadowsUnseen = false;  // of those, some that cast shadows
 };
@@ -42,7 +43,8 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
 
 // Sets what Sight says of shadows, of objects as they are seen in the end, and where shadows are others `shadowCast` of
 // `infos`.
-void compareShadows(const FlatScene& flat, Sight& sight, std::vector<shade::PlacementInfo>& infos);
+void compareShadows(const FlatScene& flat, const shade::MaterialSet& materials, Sight& sight,
+                    std::vector<shade::PlacementInfo>& infos);
 
 // Of procedurals, as trace::BuildOptions takes them. Instances of the scene from `firstInstance` on stand for them.
 struct DelayedBounds {

@@ -379,7 +379,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
                         delayed.unread.empty(), diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
     if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
-  compareShadows(*flat_, sight, next->placements);
+  compareShadows(*flat_, *next->materials, sight, next->placements);
   next->areShadowsUnseen = sight.areShadowsUnseen;
   next->world = traced_.make(flat_, meshes_, sight, camera_, !isSet(scene, "jitter"), boundsOfDelayed(scene, delayed),
                              statistics, diagnostics_);

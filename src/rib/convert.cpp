@@ -44,8 +44,10 @@ class Encoder {
 
 class Ascii : public Encoder {
  public:
-  explicit Ascii(const Converter::Sink& sink) : Encoder(sink) { out_ = "##RenderMan RIB-Structure 1.1\n"; }
+  using Encoder::Encoder;
   void request(const Request& r) override {
+    if (!isBegun_) out_ = "##RenderMan RIB-Structure 1.1\n";  // of what there is; a file that is not has none
+    isBegun_ = true;
     const bool closes = r.name.ends_with("End") && r.name.size() > 3, opens = r.name.ends_with("Begin");
     if (closes && depth_ > 0) --depth_;
     indent_ = std::min<size_t>(depth_, 20) * 2;
@@ -109,6 +111,7 @@ class Ascii : public Encoder {
     return text;
   }
   size_t depth_ = 0, indent_ = 0, column_ = 0;
+  bool isBegun_ = false;
 };
 
 // The table of section 1.1 of the RIB reference; numbers are octal there and here.

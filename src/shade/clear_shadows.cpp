@@ -140,12 +140,19 @@ void GroupState::walkClearShadows(uint32_t depth, const ShadowRays& rays, const 
         for (float*& q : keep) q = x->alloc<float>(x->padded);
         x->bxdf->thinShadow(x, keep);
       }
+      // Rays to lights alone: they are found beyond such surfaces by rays as well (ShadowControls::areOthers).
+      const int32_t colored = controls ? ContextHost::of(x).program->shadowColor : -1;
+      const Value color = colored >= 0 ? x->param(uint32_t(colored)) : Value();
       for (uint32_t i = 0; i < x->count; ++i) {
         const uint32_t s = met.owner ? met.owner[x->path[i]] : x->path[i];
         for (int q = 0; q < 3; ++q) {
           const bool isTinted = keep[q] && (rays.tinted[s] == 1 || (rays.tinted[s] && !(x->traits & kTraitWalkable)));
           const float pass1 = (1.f - presence[i]) + (isTinted ? presence[i] * keep[q][i] : 0.f);
           float passes = std::clamp(pass1, 0.f, 1.f);
+          if (colored >= 0 && controls->of[s]) {
+            const float share = color.data[q][color.stride ? i : 0];
+            passes += (1 - passes) * (share > 0 ? std::min(share, 1.f) : 0.f);
+          }
           if (controls && controls->of[s])
             passes = 1 - (1 - passes) * controls->of[s]->strengthAt(passed[s] + met.list->hits.t[x->path[i]]);
           rays.transmittance[q][s] *= passes;

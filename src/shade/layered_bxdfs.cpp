@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <initializer_list>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/text.h"
 #include "shade/material.h"
@@ -11,7 +13,7 @@ namespace kinora::shade {
 
 namespace {
 
-constexpr int kMaxLeaves = 8, kMaxBelow = 2;  // of plugins/bxdf/lama/closure.h
+constexpr int kMaxLeaves = 8, kMaxBelow = 2, kLobeNames = 2;  // of plugins/bxdf/lama/closure.h
 constexpr int kMaxVisits = 256;
 
 struct Slot {
@@ -36,7 +38,8 @@ const LeafRow kLeaves[] = {
       {"extinction", "third"},
       {"roughness", "roughness"},
       {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"}}},
+      {"anisotropyDirection", "direction"},
+      {"anisotropyRotation", "rotation"}}},
     {"LamaConductor",
      1,
      'A',
@@ -46,31 +49,30 @@ const LeafRow kLeaves[] = {
       {"edgeColor", "third"},
       {"roughness", "roughness"},
       {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"}}},
+      {"anisotropyDirection", "direction"},
+      {"anisotropyRotation", "rotation"}}},
     {"LamaDielectric",
      0,
      'g',
      'r',
      {{"reflectionTint", "color"},
       {"transmissionTint", "through"},
-      {"absorptionColor", "third"},
       {"roughness", "roughness"},
       {"anisotropy", "anisotropy"},
       {"direction", "direction"},
-      {"reflectivity", "ior"},
-      {"absorptionRadius", "amount"}}},
+      {"rotation", "rotation"},
+      {"reflectivity", "ior"}}},
     {"LamaDielectric",
      1,
      'G',
      'R',
      {{"reflectionTint", "color"},
       {"transmissionTint", "through"},
-      {"absorptionColor", "third"},
       {"roughness", "roughness"},
       {"anisotropy", "anisotropy"},
       {"direction", "direction"},
-      {"IOR", "ior"},
-      {"absorptionRadius", "amount"}}},
+      {"rotation", "rotation"},
+      {"IOR", "ior"}}},
     {"LamaGeneralizedSchlick",
      0,
      's',
@@ -82,6 +84,7 @@ const LeafRow kLeaves[] = {
       {"roughness", "roughness"},
       {"anisotropy", "anisotropy"},
       {"anisotropyDirection", "direction"},
+      {"anisotropyRotation", "rotation"},
       {"reflectivityProfile", "amount"}}},
     {"LamaGeneralizedSchlick",
      1,
@@ -94,6 +97,7 @@ const LeafRow kLeaves[] = {
       {"roughness", "roughness"},
       {"anisotropy", "anisotropy"},
       {"anisotropyDirection", "direction"},
+      {"anisotropyRotation", "rotation"},
       {"reflectivityProfile", "amount"}}},
     {"LamaIridescence",
      -1,
@@ -166,6 +170,11 @@ class Flattener {
     structure.type = scene::ValueType::String;
     structure.strings = {structure_};
     node_.params.set(structure);
+    for (size_t k = 0; k < lobeNames_.size(); ++k) {
+      structure.name = "lobeName" + std::to_string(k + 1);
+      structure.strings = {lobeNames_[k]};
+      node_.params.set(structure);
+    }
     auto network = std::make_shared<scene::Network>();
     for (const scene::NodePtr& p : network_.patterns)
       if (p->kind != "Bxdf") network->patterns.push_back(p);
@@ -203,8 +212,9 @@ class Flattener {
   Diagnostics& diagnostics_;
   scene::Node node_;
   std::string structure_;
+  std::vector<std::string> lobeNames_;
   int leaves_ = 0, ops_ = 0, visits_ = 0, below_ = 0;
-  bool told_ = false;
+  bool told_ = false, isFilled_ = false;
 
   // Appends a node's tree; false where nothing came of it. on: it lies on something.
   bool add(const scene::Node& n, bool on) {
@@ -265,11 +275,13 @@ class Flattener {
     constexpr char kLetters[2][4] = {{'U', 'X', 'Y', 'Z'}, {'V', 'W', 'Y', 'Z'}};
     const int mode = std::clamp(n.params.getInt("sssMode", 0), 0, 3);
     const std::string prefix = next(isFull ? 'D' : isThree ? 'Q' : kLetters[areFlights][mode]);
+    nameLobes(n, prefix);
     if (isThree)
       copy(n, d, "nearColor", prefix + "color");
     else
       copy(n, d, n.params.find("sssColor") ? "sssColor" : "color", prefix + "color");
     copy(n, d, n.params.find("sssNormal") ? "sssNormal" : "normal", prefix + "normal");
+    copy(n, d, "bumpShadowing", prefix + "bumpShadowing");
     if (isFull) return true;
     const std::string own = below_++ ? "sss2" : "sss";
     for (const char* name : {"Radius", "Scale", "UnitLength", "Anisotropy", "Bleed", "Subset", "ContinuationRays",
@@ -288,6 +300,12 @@ class Flattener {
     return true;
   }
   bool leaf(const scene::Node& n, bool on) {
+    // one for the whole surface: light that passes it has passed all slabs
+    const scene::Parameter* shadow = n.params.find("shadowColor");
+    if (shadow && !node_.params.find("shadowColor") &&
+        (shadow->isReference ||
+         std::any_of(shadow->floats.begin(), shadow->floats.end(), [](float x) { return x != 0; })))
+      node_.params.set(*shadow);
     const bool isThree = sameName(n.plugin, "LamaTricolorSSS");
     if ((isThree || sameName(n.plugin, "LamaSSS")) && subsurface(n, isThree)) return true;
     for (const LeafRow& row : kLeaves) {
@@ -297,10 +315,16 @@ class Flattener {
       if (row.mode >= 0 && row.mode != n.params.getInt("fresnelMode", 0)) continue;
       ResolvedParams(*d, &n, diagnostics_);  // for its messages
       const std::string prefix = next(on ? row.on : row.alone);
+      nameLobes(n, prefix);
       for (const Slot& s : row.slots) copy(n, d, s.from, prefix + s.to);
+      // the first glass bounds what is inside
+      if (!on && sameName(row.plugin, "LamaDielectric") && !std::exchange(isFilled_, true))
+        for (const char* name : {"absorptionColor", "absorptionRadius", "scatterColor", "scatterAnisotropy"})
+          copy(n, d, name, name);
       if (sameName(row.plugin, "LamaDiffuse") && n.params.find("diffuseColor"))
         copy(n, d, "diffuseColor", prefix + "color");
       copy(n, d, "normal", prefix + "normal");
+      copy(n, d, "bumpShadowing", prefix + "bumpShadowing");
       return true;
     }
     // keeps the look where the node says a colour
@@ -317,6 +341,19 @@ class Flattener {
     tell(n.pos, "the bxdf '" + n.plugin + "' (node '" + n.handle + "') is no slab that layers are made of",
          said ? std::string("a diffuse slab of its ") + said + " stands in" : "a magenta diffuse slab stands in");
     return true;
+  }
+  // Of a leaf whose lobes have a name: which.
+  void nameLobes(const scene::Node& n, const std::string& prefix) {
+    const std::string name = n.params.getString("lobeName", "");
+    if (name.empty()) return;
+    size_t k = size_t(std::find(lobeNames_.begin(), lobeNames_.end(), name) - lobeNames_.begin());
+    if (k == kLobeNames)
+      return tell(n.pos,
+                  "the slabs of the material '" + node_.handle + "' have more than " + std::to_string(kLobeNames) +
+                      " names of lobes",
+                  "the lobes of '" + n.handle + "' are not named '" + name.substr(0, 60) + "'");
+    if (k == lobeNames_.size()) lobeNames_.push_back(name);
+    number(prefix + "lobes", float(k + 1));
   }
   std::string next(char letter) {
     structure_ += letter;

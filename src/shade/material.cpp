@@ -301,12 +301,20 @@ void MaterialSet::connect(std::vector<Resolved>& nodes, const Handles& handles) 
         problem = connectionProblem(*found, from.shader != nullptr, part, to, r.shader != nullptr, toPart);
       else if ((found->type == Type::Struct) != (to.type == Type::Struct))
         problem = "the types do not fit";
-      if (problem.empty() && toPart >= 0 && !from.shader) problem = "only a shader can feed a part of a parameter";
+      if (problem.empty() && toPart >= 0 && r.shader && !from.shader)
+        problem = "only a shader can feed a part of a parameter";
       if (!problem.empty()) return warn(problem);
       link = {it->second, index, part};
     };
     for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
       const ParamValue& v = r.values->values()[i];
+      if (v.connected && r.plugin->params[i].flags & kParamArray && !r.shader) {
+        // a plug-in reads no array of outputs: they are patterns that show something, and are named to be there
+        const std::vector<std::string>& named = r.values->texts(i);
+        Resolved::Link unread;
+        for (size_t k = 0; k < named.size(); ++k) follow(follow, named[k], i, int32_t(k), unread, 0);
+        continue;
+      }
       if (v.connected && v.strings) follow(follow, v.strings[0], i, -1, r.links[i], 0);
     }
     for (const PartReference& wanted : r.wantedParts) {
@@ -358,6 +366,20 @@ void MaterialSet::connectMembers(std::vector<Resolved>& nodes, Resolved& to, uin
   }
 }
 
+// What a bxdf says of the shadows that it casts, by parameters of these names, whichever has them.
+MaterialSet::ShadowsCast MaterialSet::shadowsCast(const Resolved& bxdf) {
+  ShadowsCast s;
+  for (uint32_t i = 0; i < bxdf.plugin->paramCount; ++i) {
+    const Param& p = bxdf.plugin->params[i];
+    const ParamValue& v = bxdf.values->values()[i];
+    if (sameName(p.name, "shadowColor") && p.type == Type::Color &&
+        (bxdf.links[i].node >= 0 || v.floats[0] > 0 || v.floats[1] > 0 || v.floats[2] > 0))
+      s.color = int32_t(i);
+    if (sameName(p.name, "shadowMode") && p.type == Type::Int) s.isColorAll = v.floats[0] == 1;
+  }
+  return s;
+}
+
 uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup) {
   // The key names all that materials of one program have in common.
   std::string key;
@@ -368,8 +390,9 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   const bool encloses =
       traits && traits->enclosesMedium && traits->enclosesMedium(last.values->values(), last.values->count());
   const auto* functions = isBxdf ? static_cast<const BxdfFunctions*>(functionsFor(*last.plugin, width_)) : nullptr;
+  const ShadowsCast shadows = isBxdf ? shadowsCast(last) : ShadowsCast();
   const bool tints =
-      traits && functions->thinShadow &&
+      traits && functions->thinShadow && !shadows.isColorAll &&
       (traits->letsShadowsThrough ? traits->letsShadowsThrough(last.values->values(), last.values->count()) != 0
                                   : encloses);
   const bool fillsSpace = isBxdf && (last.plugin->flags & kBxdfFillsSpace) && functions->medium;
@@ -426,6 +449,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   key += encloses ? 'e' : '-';
   key += scatters ? 'u' : '-';
   key += tints ? 't' : '-';
+  key += shadows.color >= 0 ? 'c' : '-';
   if (walkableLobes) key += 'w' + std::to_string(walkableLobes);
   key += char('0' + mediumFlags);
   key += lpeGroup;
@@ -443,6 +467,7 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
     p.encloses = encloses;
     p.scatters = scatters;
     p.tints = tints;
+    p.shadowColor = shadows.color;
     p.walkableLobes = walkableLobes;
     p.fillsSpace = fillsSpace;
     p.isFiber = isBxdf && (last.plugin->flags & kBxdfFiber);
@@ -550,10 +575,17 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   return uint32_t(materials_.size() - 1);
 }
 
-// The number goes to the channel where nothing reads the colour.
+// Of PxrTee the number goes to the channel where nothing reads the colour. Outputs of PxrMatteID are named as their
+// channels are.
 static void findTees(Program& p) {
   for (uint32_t n = 0; n < p.nodes.size(); ++n) {
     const ProgramNode& node = p.nodes[n];
+    for (uint32_t k = 0; node.source && sameName(node.plugin->name, "PxrMatteID") && k < node.outputParam.size();
+         ++k) {
+      const std::string name = node.plugin->params[node.outputParam[k]].name;
+      if (!name.starts_with("MatteID")) continue;
+      p.tees.push_back({name, n, k});
+    }
     if (node.source || !sameName(node.plugin->name, "PxrTee")) continue;
     uint32_t output = 0, wanted = 0;
     for (uint32_t k = 0; k < node.outputParam.size(); ++k) {
@@ -567,6 +599,19 @@ static void findTees(Program& p) {
       if (sameName(node.plugin->params[i].name, "aov") && node.params[i].text && *node.params[i].text)
         p.tees.push_back({node.params[i].text, n, wanted ? 0 : output});
   }
+}
+
+// The name of a lobe: "=lobeName:Diffuse" is the text of the bxdf's parameter lobeName, or Diffuse where that is empty.
+static std::string_view nameOf(const LobeDecl& lobe, const ProgramNode& bxdf) {
+  std::string_view name = lobe.name ? lobe.name : "";
+  if (!name.starts_with('=')) return name;
+  const size_t colon = std::min(name.find(':'), name.size());
+  const std::string parameter(name.substr(1, colon - 1));
+  for (uint32_t i = 0; i < bxdf.plugin->paramCount; ++i)
+    if (sameName(bxdf.plugin->params[i].name, parameter) && bxdf.plugin->params[i].type == Type::String &&
+        bxdf.params[i].text && *bxdf.params[i].text)
+      return bxdf.params[i].text;
+  return colon < name.size() ? name.substr(colon + 1) : std::string_view();
 }
 
 void MaterialSet::finish() {
@@ -615,7 +660,7 @@ void MaterialSet::finish() {
     for (const uint32_t l : order) {
       const LobeDecl& lobe = p.traits->lobes[l];
       const bool tinted = isTinted(lobe), walkable = p.walkableLobes >> l & 1;
-      const uint16_t e = paths_.event(lobe.flags, lobe.name ? lobe.name : "", p.lpeGroup);
+      const uint16_t e = paths_.event(lobe.flags, nameOf(lobe, p.nodes.back()), p.lpeGroup);
       size_t slot = 0;
       while (slot < p.eventOfSlot.size() && (p.eventOfSlot[slot] != e || bool(p.tintedSlots >> slot & 1) != tinted ||
                                              bool(p.walkableSlots >> slot & 1) != walkable))

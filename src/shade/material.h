@@ -71,7 +71,7 @@ struct Program {
     std::string channel;
     uint32_t node, output;
   };
-  std::vector<Tee> tees;  // PxrTee nodes that name a channel
+  std::vector<Tee> tees;  // what PxrTee nodes that name a channel and PxrMatteID nodes show
   uint32_t blockFloats = 0;
   std::vector<float> blocks;  // materials' blocks, one after the other
   uint32_t materials = 0;
@@ -79,6 +79,7 @@ struct Program {
   bool encloses = false;       // paths that go in keep a medium
   bool scatters = false;       // paths may go below its surfaces
   bool tints = false;          // tinted shadows pass
+  int32_t shadowColor = -1;    // parameter of the bxdf: share of the light left in shadows that it casts; -1: none is
   bool fillsSpace = false;     // a medium: its objects have no surface
   bool isFiber = false;        // on curves rays leave from behind as well, see kBxdfFiber
   uint32_t walkableLobes = 0;  // manifold walks go through its surfaces by these
@@ -116,6 +117,7 @@ class MaterialSet {
   bool opaque(uint32_t material) const { return programs_[materials_[material].program]->opaque; }
   bool encloses(uint32_t material) const { return programs_[materials_[material].program]->encloses; }
   bool tints(uint32_t material) const { return programs_[materials_[material].program]->tints; }
+  bool colorsShadows(uint32_t material) const { return programs_[materials_[material].program]->shadowColor >= 0; }
   bool isWalkable(uint32_t material) const { return programs_[materials_[material].program]->walkableLobes != 0; }
   bool fillsSpace(uint32_t material) const { return programs_[materials_[material].program]->fillsSpace; }
   // Of materials that fill space.
@@ -134,6 +136,11 @@ class MaterialSet {
 
  private:
   struct Resolved;  // a node with its values
+  struct ShadowsCast {
+    int32_t color = -1;       // the parameter, where it may be other than black
+    bool isColorAll = false;  // nothing else passes: no tint of glass
+  };
+  static ShadowsCast shadowsCast(const Resolved& bxdf);
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
   uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
   struct Handles;  // of a network's patterns
@@ -165,6 +172,8 @@ class ResolvedParams {
   const ParamValue* values() const { return values_.data(); }
   uint32_t count() const { return uint32_t(values_.size()); }
   bool given(uint32_t i) const { return values_[i].given; }
+  // Given texts, and what a connected parameter is connected to: an array to as many outputs as the scene names.
+  const std::vector<std::string>& texts(uint32_t i) const { return strings_[i]; }
   // Given integers as they are; values() has them as floats.
   const std::vector<int>& ints(uint32_t i) const { return ints_[i]; }
   // A pattern feeds the parameter after all; its value becomes another node's.

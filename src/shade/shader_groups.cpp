@@ -147,29 +147,30 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
     };
     // what somebody outside of the group reads
     std::vector<ShaderUse::Out> outs;
+    const auto read = [&](uint32_t node, uint32_t output) {
+      const bool known = std::any_of(outs.begin(), outs.end(),
+                                     [&](const ShaderUse::Out& o) { return o.node == node && o.output == output; });
+      if (known || !layerOf.count(node)) return;
+      const ProgramNode& from = p.nodes[node];
+      const uint32_t param = from.outputParam[output];
+      const language::Symbol& symbol = from.source->shader->symbols[size_t(from.source->symbolOf[param])];
+      if (symbol.type.arrayLength != 0 || language::componentsOf(symbol.type.base) > 3 ||
+          symbol.type.base == Base::String) {
+        diagnostics.warning("SHADER-OUTPUT", from.pos,
+                            "output '" + symbol.name + "' of shader node '" + from.handle + "' is a " +
+                                nameOf(symbol.type) + ", which only another shader can take",
+                            "what it feeds uses its default");
+        return;
+      }
+      outs.push_back({node, output, symbol.type.base});
+      group.outputs.push_back(layerOf[node] + "." + symbol.name);
+    };
     for (uint32_t n = 0; n < p.nodes.size(); ++n) {
       const bool isInside = isShader(p.nodes[n]) && level[n] == l;
-      for (const ParamSource& s : p.nodes[n].params) {
-        if (isInside || s.from != ParamSource::From::Connected || !layerOf.count(s.node)) continue;
-        const bool known = std::any_of(outs.begin(), outs.end(), [&](const ShaderUse::Out& o) {
-          return o.node == s.node && o.output == s.output;
-        });
-        if (known) continue;
-        const ProgramNode& from = p.nodes[s.node];
-        const uint32_t param = from.outputParam[s.output];
-        const language::Symbol& symbol = from.source->shader->symbols[size_t(from.source->symbolOf[param])];
-        if (symbol.type.arrayLength != 0 || language::componentsOf(symbol.type.base) > 3 ||
-            symbol.type.base == Base::String) {
-          diagnostics.warning("SHADER-OUTPUT", from.pos,
-                              "output '" + symbol.name + "' of shader node '" + from.handle + "' is a " +
-                                  nameOf(symbol.type) + ", which only another shader can take",
-                              "what it feeds uses its default");
-          continue;
-        }
-        outs.push_back({s.node, s.output, symbol.type.base});
-        group.outputs.push_back(layerOf[s.node] + "." + symbol.name);
-      }
+      for (const ParamSource& s : p.nodes[n].params)
+        if (!isInside && s.from == ParamSource::From::Connected) read(s.node, s.output);
     }
+    for (const Program::Tee& t : p.tees) read(t.node, t.output);
     if (outs.empty()) continue;
     language::MachineOptions options;
     options.width = width;

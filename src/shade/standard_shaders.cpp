@@ -62,6 +62,27 @@ shader PxrBump(float scale = 1, int disable = 0, float inputBump = 0, normal inp
 }
 )";
 
+// PxrMatteID: the object's attribute times a pattern where one is connected or not black, either alone where there is no
+// other. The outputs are those that tees.h finds.
+std::string matteShader() {
+  std::string parameters, body;
+  for (const char n : std::string("01234567")) {
+    const std::string texture = std::string("matteTexture") + n, name = std::string("MatteID") + n;
+    parameters += "color " + texture + " = 0, ";
+    body += name + " = matte(\"user:" + name + "\", " + texture + ", isconnected(" + texture + "));\n";
+  }
+  std::string outputs;
+  for (const char n : std::string("01234567")) outputs += std::string(", output color MatteID") + n + " = 0";
+  return R"(
+color matte(string attribute, color pattern, int isConnected) {
+  color own = 0;
+  if (!getattribute(attribute, own)) return pattern;
+  return isConnected || pattern != color(0) ? own * pattern : own;
+}
+shader PxrMatteID(int inputAOV = 0, int enable = 1, )" +
+         parameters + "output int resultAOV = 0" + outputs + ") {\nif (enable) {\n" + body + "}\n}\n";
+}
+
 StandardShader ofExpression(const scene::Node& node, ShaderLibrary& library) {
   StandardShader out;
   out.node = node;
@@ -107,6 +128,8 @@ std::optional<StandardShader> standardShader(const scene::Node& node, ShaderLibr
   if (sameName(node.plugin, "PxrSeExpr")) return ofExpression(node, library);
   if (sameName(node.plugin, "PxrAttribute"))
     return StandardShader{library.fromSource(kAttribute, "PxrAttribute"), node};
+  if (sameName(node.plugin, "PxrMatteID"))
+    return StandardShader{library.fromSource(matteShader(), "PxrMatteID"), node};
   if (node.params.find(kBumpOfShader)) return StandardShader{library.fromSource(kBump, "PxrBump"), node};
   return std::nullopt;
 }

@@ -1,4 +1,5 @@
-// Values that a network's PxrTee nodes show in display channels. Asked by render/ at camera hits.
+// Values that nodes of a network show in display channels: PxrTee in the one that it names, PxrMatteID in MatteID0 ...
+// MatteID7. Asked by render/ at camera hits.
 #pragma once
 #include <kinora/context.h>
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "plugin/registry.h"
 #include "support/render_scene.h"
 
 namespace kinora::tests {
@@ -68,6 +69,16 @@ TEST(Sources, OfABall) {
   EXPECT_EQ(at(r, "a", x, y), 1);
   EXPECT_EQ(at(r, "Oi", x, y, 1), 1);
   EXPECT_EQ(at(r, "a", 0, 0), 0);
+}
+
+TEST(Sources, AlphaIsThatOfSurfacesForEveryIntegrator) {
+  Registry registry;
+  for (const Descriptor* d : registry.all(Kind::Integrator)) {
+    SceneRender r(request("Ci,a", kBall, std::string("Integrator \"") + d->name + "\" \"i\"\n"));
+    ASSERT_TRUE(r.ok());
+    EXPECT_EQ(at(r, "a", 13, 18), 1) << d->name;
+    EXPECT_EQ(at(r, "a", 0, 0), 0) << d->name;
+  }
 }
 
 TEST(Sources, OfASquare) {
@@ -239,8 +250,9 @@ TEST(Sources, PrimvarsAndWhatIsMissing) {
   EXPECT_EQ(at(r, "nothing", 7, 10), 0);
   std::string all;
   for (const std::string& m : r.messages()) all += m + "\n";
-  EXPECT_NE(all.find("DISPLAY-SOURCE: no primvar, PxrTee, light or filter of the scene gives \"nothing\""),
-            std::string::npos)
+  EXPECT_NE(
+      all.find("DISPLAY-SOURCE: no primvar, PxrTee, PxrMatteID, light or filter of the scene gives \"nothing\""),
+      std::string::npos)
       << all;
   SceneRender misspelt(request(
       "Ci,zz,Nn", world, "DisplayChannel \"float zz\" \"string source\" [\"PRADIUS\"]\nDisplayChannel \"int Nn\"\n"));

@@ -454,9 +454,35 @@ TEST(Rib, ConvertsBothWaysAndExpands) {
   for (const char* file : {"whole.rib", "resolved.rib"})
     EXPECT_EQ(w.run({file, "--strict", "-o", std::string(file) + ".exr", "--progress", "none"}).exitCode, 0) << file;
   EXPECT_EQ(w.run({"diff", "whole.rib.exr", "resolved.rib.exr"}).exitCode, 0);
-  EXPECT_EQ(w.run({"rib", "missing.rib"}).exitCode, 3);
+  const Result missing = w.run({"rib", "missing.rib"});
+  EXPECT_EQ(missing.exitCode, 3);
+  EXPECT_EQ(missing.out, "") << "nothing was converted";
   EXPECT_EQ(w.run({"rib", "scene.rib", "--ascii", "--binary"}).exitCode, 2);
   EXPECT_EQ(w.run({"rib", "scene.rib", "-o", "no/folder/x.rib"}).exitCode, 6);
+}
+
+TEST(Options, ThatMayBeRepeatedLeaveTheFileBehindThem) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  ASSERT_EQ(w.run({"scene.rib", "-o", "a.exr", "--progress", "none"}).exitCode, 0);
+  ASSERT_EQ(w.run({"scene.rib", "-o", "b.exr", "--samples", "0:1", "--progress", "none"}).exitCode, 0);
+  const std::vector<std::vector<std::string>> commands = {
+      {"diff", "--channels", "R,G", "a.exr", "a.exr"},
+      {"diff", "a.exr", "--channels", "R", "--channels", "G", "a.exr"},
+      {"info", "--archive-path", ".", "scene.rib"},
+      {"merge", "--plugin-path", ".", "b.exr", "-o", "c.exr"},
+      {"plugins", "--plugin-path", ".", "PxrDiffuse"},
+      {"rib", "--search-path", "archive=.", "scene.rib"},
+      {"--search-path", "archive=.", "scene.rib", "-o", "d.exr", "--progress", "none"},
+  };
+  for (const auto& arguments : commands) {
+    const Result r = w.run(arguments);
+    EXPECT_EQ(r.exitCode, 0) << arguments[0] << " " << arguments[1] << ": " << r.err;
+  }
+  // what is named counts, and nothing else
+  const Result r = w.run({"diff", "--channels", "R,nowhere", "a.exr", "a.exr"});
+  EXPECT_NE(r.exitCode, 0) << r.out;
+  EXPECT_NE((r.out + r.err).find("nowhere"), std::string::npos) << r.out << r.err;
 }
 
 }  // namespace

@@ -2,6 +2,10 @@
 // values of leaves may be connected, and trees that cannot be kept are told. Formulas are in LamaSurface_test.cpp.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 #include "support/render_scene.h"
 
 namespace kinora::tests {
@@ -156,6 +160,122 @@ TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
   }
   told(chain, "more than 8");
   told(empty, "more than 8");
+}
+
+// Names of lobes: each is what its slab returns, by the name and by the number that Option "lpe" gives it; what has none
+// keeps the lobe's own.
+TEST(LamaMaterial, SlabsNameTheirLobes) {
+  const auto channels = [](const std::string& material, std::vector<std::string>* said = nullptr) {
+    RenderRequest r;
+    const auto channel = [](const char* name, const char* expression) {
+      return std::string("DisplayChannel \"color ") + name + "\" \"string source\" [\"color lpe:" + expression +
+             "\"]\n";
+    };
+    r.rib =
+        "Format 24 16 1\nHider \"raytrace\" \"int maxsamples\" [16]\nProjection \"perspective\" \"float fov\" "
+        "[40]\nOption \"lpe\" \"string diffuse3\" [\"Paint\"]\n" +
+        channel("paint", "C<RD'Paint'>L") + channel("third", "C<RD3>L") + channel("coat", "C<RS'Coat'>L") +
+        channel("cloth", "C<RS'Cloth'>L") + channel("diffuse", "C<RD>L") + channel("specular", "C<RS>L") +
+        "WorldBegin\nLight \"PxrDomeLight\" \"sky\"\nTranslate 0 0 3\n" + material + "Sphere 1 -1 1 360\nWorldEnd\n";
+    r.channels = "Ci,paint,third,coat,cloth,diffuse,specular";
+    SceneRender render(std::move(r));
+    EXPECT_TRUE(render.ok());
+    if (said) *said = render.messages();
+    std::map<std::string, double> sums;
+    for (const char* name : {"paint", "third", "coat", "cloth", "diffuse", "specular"})
+      for (const float x : render.channel(name).pixels) sums[name] += x;
+    return sums;
+  };
+  const auto slab = [](const char* plugin, const char* handle, const std::string& name, const char* more = "") {
+    return std::string("Bxdf \"") + plugin + "\" \"" + handle + "\" \"string lobeName\" [\"" + name + "\"] " + more +
+           "\n";
+  };
+  const std::string layer =
+      "Bxdf \"LamaLayer\" \"l\" \"reference bxdf materialBase\" [\"base\"] \"reference bxdf materialTop\" "
+      "[\"top\"]\n";
+  for (const bool isTree : {false, true}) {
+    const std::string root = isTree ? "Bxdf \"LamaSurface\" \"s\" \"reference bxdf materialFront\" [\"base\"]\n" : "";
+    auto c = channels(slab("LamaDiffuse", "base", "Paint") + root);
+    EXPECT_GT(c["diffuse"], 1);
+    EXPECT_EQ(c["paint"], c["diffuse"]);
+    EXPECT_EQ(c["third"], c["diffuse"]);
+    c = channels(slab("LamaDiffuse", "base", "") + root);
+    EXPECT_GT(c["diffuse"], 1);
+    EXPECT_EQ(c["paint"], 0);
+    EXPECT_EQ(c["third"], 0);
+    c = channels(slab("LamaConductor", "base", "Coat", "\"float roughness\" [0]") + root);
+    EXPECT_GT(c["specular"], 1) << "a mirror's lobe is one too";
+    EXPECT_EQ(c["coat"], c["specular"]);
+  }
+  // two in one material: coat and base, and a rough coat
+  for (const char* roughness : {"\"float roughness\" [0]", "\"float roughness\" [0.4]"}) {
+    auto c =
+        channels(slab("LamaDiffuse", "base", "Paint") + slab("LamaDielectric", "top", "Coat", roughness) + layer);
+    EXPECT_GT(c["paint"], 1);
+    EXPECT_GT(c["coat"], 1);
+    EXPECT_EQ(c["paint"], c["diffuse"]);
+    EXPECT_EQ(c["coat"], c["specular"]);
+  }
+  // a third name: told, and the lobe is as without
+  std::vector<std::string> said;
+  auto c = channels(slab("LamaDiffuse", "base", "Paint") + slab("LamaDielectric", "top", "Coat") + layer +
+                        slab("LamaSheen", "cloth", "Cloth") +
+                        "Bxdf \"LamaLayer\" \"m\" \"reference bxdf materialBase\" [\"l\"] \"reference bxdf "
+                        "materialTop\" [\"cloth\"]\n",
+                    &said);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].find("BXDF-LAYERS: the slabs of the material 'm' have more than 2 names of lobes"),
+            std::string::npos)
+      << said[0];
+  EXPECT_EQ(c["cloth"], 0);
+  EXPECT_GT(c["specular"], c["coat"]);
+}
+
+// An eighth of a turn of x is between x and y, seen from outside, whichever side the camera is on; a whole one is none.
+TEST(LamaMaterial, RotationTurnsTheDirectionOfAnisotropy) {
+  const auto image = [](const std::string& material, bool isFront) {
+    RenderRequest r;
+    r.rib =
+        "Format 32 32 1\nPixelFilter \"box\" 1 1\nHider \"raytrace\" \"int maxsamples\" [16]\nProjection "
+        "\"orthographic\"\nIntegrator \"PxrDirectLighting\" \"i\"\nWorldBegin\nTranslate 0 0 2\nAttributeBegin "
+        "Translate 0 0 -1 Light \"PxrSphereLight\" \"l\"\nAttributeEnd\n" +
+        material + "Polygon \"P\" " +
+        (isFront ? "[-1 -1 0  -1 1 0  1 1 0  1 -1 0]" : "[1 -1 0  1 1 0  -1 1 0  -1 -1 0]") + "\nWorldEnd\n";
+    SceneRender render(std::move(r));
+    EXPECT_TRUE(render.ok());
+    for (const std::string& m : render.messages()) ADD_FAILURE() << m;
+    return render.channel("Ci");
+  };
+  const auto difference = [](const image::Image& a, const image::Image& b) {
+    double most = 0, mean = 0;
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+      most = std::max(most, std::fabs(double(a.pixels[i]) - double(b.pixels[i])));
+      mean += a.pixels[i] / double(a.pixels.size());
+    }
+    return most / mean;
+  };
+  const std::string root = "Bxdf \"LamaSurface\" \"s\" \"reference bxdf materialFront\" [\"a\"]\n";
+  struct {
+    const char *plugin, *direction, *rotation;
+  } const cases[] = {{"LamaConductor", "anisotropyDirection", "anisotropyRotation"},
+                     {"LamaGeneralizedSchlick", "anisotropyDirection", "anisotropyRotation"},
+                     {"LamaDielectric", "direction", "rotation"}};
+  for (const auto& c : cases)
+    for (const bool isFront : {true, false})
+      for (const std::string& more : {std::string(), root}) {
+        SCOPED_TRACE(std::string(c.plugin) + (isFront ? " front" : " back") + (more.empty() ? "" : " in a tree"));
+        const auto of = [&](const char* direction, const char* rotation) {
+          return image(std::string("Bxdf \"") + c.plugin +
+                           "\" \"a\" \"float roughness\" [0.4] \"float anisotropy\" " + "[0.9] \"vector " +
+                           c.direction + "\" [" + direction + "] \"float " + c.rotation + "\" [" + rotation + "]\n" +
+                           more,
+                       isFront);
+        };
+        const auto turned = of("1 0 0", "0.125");
+        EXPECT_LT(difference(turned, of(isFront ? "1 1 0" : "1 -1 0", "0")), 1e-3);
+        EXPECT_GT(difference(turned, of(isFront ? "1 -1 0" : "1 1 0", "0")), 0.03);
+        EXPECT_LT(difference(of("1 0 0", "1"), of("1 0 0", "0")), 1e-3);
+      }
 }
 
 }  // namespace

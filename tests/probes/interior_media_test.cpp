@@ -111,6 +111,59 @@ TEST(InteriorMedia, LetThroughWhatAbsorptionDoes) {
               0.015);
 }
 
+// What the scene leaves out is as the surface has it: no extinction, and nothing scattered of what only glows.
+TEST(InteriorMedia, TakeTheSurfacesDefaults) {
+  const std::string place = "-0.6 0.45 0.8";
+  const auto of = [&](const std::string& inside) { return filmOf(roomWith(at(place, cloudyGlass(inside) + kBall))); };
+  const auto two = [&](const std::string& medium) {
+    return filmOf(roomWith(at(place, cloudyGlass("") + kBall) +
+                           at(place, "    Bxdf \"PxrVolume\" \"inside\" " + medium + "\n" + kBall)));
+  };
+  EXPECT_TRUE(of("\"color ssAlbedo\" [1 1 1]") == two("\"color densityColor\" [0 0 0]"));
+  EXPECT_TRUE(of("\"color volumeGlow\" [.5 .2 0] \"color extinction\" [1 1 1]") ==
+              two("\"color diffuseColor\" [0 0 0] \"color emitColor\" [.5 .2 0]"));
+}
+
+// LamaDielectric by itself, as a root's slab and under a coat: what is lost by absorptionColor after absorptionRadius is
+// scattered once by the share of scatterColor.
+TEST(InteriorMedia, OfLamaDielectric) {
+  const std::string place = "-0.6 0.45 0.8", slab = "    Bxdf \"LamaDielectric\" \"glass\" \"float roughness\" [0] ",
+                    root = "    Bxdf \"LamaSurface\" \"root\" \"reference bxdf materialFront\" [\"NAME\"]\n",
+                    coat =
+                        "    Bxdf \"LamaSheen\" \"coat\"\n    Bxdf \"LamaLayer\" \"coated\" \"reference bxdf "
+                        "materialTop\" [\"coat\"] \"reference bxdf materialBase\" [\"glass\"]\n";
+  const std::string inside =
+                        "\"color absorptionColor\" [0.5 0.3 0.1] \"float absorptionRadius\" [0.4] \"color "
+                        "scatterColor\" [0.9 0.8 0.7] \"float scatterAnisotropy\" [0.4]\n",
+                    medium =
+                        "    Bxdf \"PxrVolume\" \"inside\" \"color transmittanceColor\" [0.5 0.3 0.1] \"float "
+                        "transmittanceDistance\" [0.4] \"color diffuseColor\" [0.9 0.8 0.7] \"float anisotropy\" "
+                        "[0.4]\n" +
+                        std::string(kBall);
+  const auto under = [&](const char* name) { return std::string(root).replace(root.find("NAME"), 4, name); };
+  for (const std::string& more : {std::string(), under("glass"), coat, coat + under("coated")}) {
+    std::string said;
+    const auto one = filmOf(roomWith(at(place, slab + inside + more + kBall)), &said),
+               two = filmOf(roomWith(at(place, slab + "\n" + more + kBall) + at(place, medium)));
+    EXPECT_EQ(said, "") << more;
+    EXPECT_TRUE(one == two) << more;
+    EXPECT_FALSE(one == filmOf(roomWith(at(place, slab + "\n" + more + kBall)))) << more;
+  }
+}
+
+// The extinction of PxrVolume by what is left after a distance.
+TEST(InteriorMedia, TransmittanceIsWhatIsLeftAfterADistance) {
+  const auto of = [&](const std::string& medium) {
+    return filmOf(roomWith(at("-0.6 0.45 0.8", "    Bxdf \"PxrVolume\" \"v\" " + medium + "\n" + kBall)));
+  };
+  const auto half = of("\"color transmittanceColor\" [0.25 0.25 0.25] \"float transmittanceDistance\" [0.5]");
+  EXPECT_TRUE(half == of("\"color transmittanceColor\" [0.0625 0.0625 0.0625] \"float transmittanceDistance\" [1]"));
+  EXPECT_TRUE(half == of("\"color densityColor\" [2.7725887 2.7725887 2.7725887]"));
+  EXPECT_FALSE(half == of("\"color densityColor\" [0 0 0]"));
+  EXPECT_TRUE(of("\"float transmittanceDistance\" [0]") == of("\"color densityColor\" [0 0 0]"));
+  EXPECT_TRUE(of("\"float transmittanceDistance\" [1]") == of("\"color densityColor\" [0 0 0]")) << "white is all";
+}
+
 TEST(InteriorMedia, WhereNothingIsEnclosedThereIsNone) {
   const std::string place = "0.4 0.45 1.1";
   const auto filmWith = [&](const std::string& more) {

@@ -157,6 +157,54 @@ TEST_F(Shaders, TeesShowInChannels) {
   EXPECT_EQ(told(*none, "DISPLAY-SOURCE"), 1u);
 }
 
+// Attribute and texture multiply, either counts alone; both ways to name the node; what is switched off is black.
+TEST_F(Shaders, MattesOfObjectsShowInTheirChannels) {
+  const auto shown = [&](const std::string& attribute, const std::string& network, size_t messages = 0) {
+    RenderRequest r = requestOf(network);
+    r.rib.insert(r.rib.find("WorldBegin"),
+                 "DisplayChannel \"color MatteID0\"\nDisplayChannel \"color third\" "
+                 "\"string source\" [\"color MatteID3\"]\n");
+    r.rib.insert(r.rib.find("WorldBegin") + 10, "\n" + attribute);
+    r.channels = "Ci,a,MatteID0,third";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok()) << network;
+    EXPECT_EQ(render.messages().size(), messages) << (render.messages().empty() ? "" : render.messages()[0]);
+    std::array<float, 6> c{};
+    for (size_t k = 0; k < 3; ++k) {
+      c[k] = render.channel("MatteID0").at(8, 8)[k];
+      c[3 + k] = render.channel("third").at(8, 8)[k];
+    }
+    return c;
+  };
+  using Two = std::array<float, 6>;
+  const std::string red = "Attribute \"user\" \"color MatteID0\" [1 .5 0]\n";
+  const std::string surface = "Bxdf \"PxrSurface\" \"m\" \"reference int[1] utilityPattern\" [\"n:resultAOV\"]\n",
+                    disney = "Bxdf \"PxrDisneyBsdf\" \"m\" \"reference int inputAOV\" [\"n:resultAOV\"]\n";
+  for (const std::string& material : {surface, disney}) {
+    EXPECT_EQ(shown(red, "Pattern \"PxrMatteID\" \"n\"\n" + material), (Two{1, .5f, 0, 0, 0, 0}));
+    EXPECT_EQ(shown(red,
+                    "Pattern \"PxrMatteID\" \"n\" \"color matteTexture0\" [.5 .5 1] \"color matteTexture3\" "
+                    "[0 .25 1]\n" +
+                        material),
+              (Two{.5f, .25f, 0, 0, .25f, 1}));
+  }
+  const std::string black = "Pattern \"PxrMix\" \"a\" \"color color1\" [0 0 0]\nPattern \"PxrMatteID\" \"n\" ";
+  EXPECT_EQ(shown(red, black + "\"reference color matteTexture0\" [\"a:resultRGB\"]\n" + surface), Two{})
+      << "a texture that is connected counts where it is black";
+  EXPECT_EQ(shown("", black + "\"color matteTexture0\" [.5 .5 1]\n" + surface), (Two{.5f, .5f, 1, 0, 0, 0}));
+  EXPECT_EQ(shown(red, black + "\"int enable\" [0]\n" + surface), Two{});
+  // two nodes, one named by the other or both by the material
+  const std::string other = "Pattern \"PxrMatteID\" \"o\" \"color matteTexture3\" [.25 .5 1]\n";
+  EXPECT_EQ(shown("", other + "Pattern \"PxrExposure\" \"n\"\nBxdf \"PxrSurface\" \"m\" \"reference int[2] "
+                              "utilityPattern\" [\"n:resultRGB\" \"o:resultAOV\"]\n"),
+            (Two{0, 0, 0, .25f, .5f, 1}));
+  EXPECT_EQ(shown("", other + "Pattern \"PxrGeometricAOVs\" \"n\" \"reference int inputAOV\" [\"o:resultAOV\"]\n" +
+                          surface),
+            (Two{0, 0, 0, .25f, .5f, 1}));
+  // a node that is not there: told, and so are the channels
+  EXPECT_EQ(shown(red, "Bxdf \"PxrSurface\" \"m\" \"reference int[1] utilityPattern\" [\"n:nothing\"]\n", 2), Two{});
+}
+
 // Heights of a shader have slopes: h rises by .9 along u and falls by .45 along v, over a square that is 2 wide.
 TEST_F(Shaders, ABumpTakesTheSlopesOfAShader) {
   write("hills.osl", "shader hills(output float result = 0) { result = .9 * u - .45 * v; }");

@@ -1,13 +1,14 @@
 // Proves: what lights say of their own shadows (shadowColor, shadowDistance, shadowFalloff and its gamma, shadowSubset,
 // shadowExcludeSubset, traceLightPaths, thinShadow, visibleInRefractionPath) on a white plane behind a wall, for every
 // kind of light and however samples are split between lights and directions, against closed forms and against the same
-// scene without the wall; that values which mean nothing are told of once. Misses: PxrVCM (tests/probes), surfaces of
+// scene without the wall; what surfaces say of the shadows that they cast (shadowColor, shadowMode); that values which mean nothing are told of once. Misses: PxrVCM (tests/probes), surfaces of
 // several resolutions.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "plugin/registry.h"
 #include "support/render_scene.h"
 #include "truth/scenes.h"
 
@@ -148,6 +149,87 @@ TEST(LightShadows, AreThoseOfVisibilityHoweverTheLightIsFound) {
         }
       }
     }
+}
+
+std::string coloring(const std::string& bxdf, double share, const std::string& more = "") {
+  return "Bxdf \"" + bxdf + "\" \"b\" \"color shadowColor\" [" + std::to_string(share) + " 0 0] " + more + "\n";
+}
+
+// What surfaces leave of the light in their shadows, by lights of every kind and both halves of the estimate.
+TEST(LightShadows, SurfacesColorThoseThatTheyCast) {
+  for (const Kind& k : kKinds)
+    for (const char* split : kSplits) {
+      if (isSampledOnly(k, split)) continue;
+      SCOPED_TRACE(std::string(k.name) + " " + split);
+      const auto free = overSeeds(scene(k, "", "", ""), 16);
+      for (const double share : {1.0, 0.25}) {
+        const std::string walls = wall(0.3, coloring("PxrSurface", share));
+        const auto left = overSeeds(scene(k, "", walls, split), 16);
+        EXPECT_NEAR(left.mean(), share * free.mean(), 5 * (left.standardError() + free.standardError()) + 1e-5);
+        EXPECT_LT(left.standardError(), 0.03 * left.mean());
+        EXPECT_LT(overSeeds(scene(k, "", walls, split), 1, "Ci", 1).mean(), 1e-3 * free.mean());
+      }
+    }
+}
+
+// Every material that has the parameter, beside what its glass lets through without it.
+TEST(LightShadows, EveryMaterialWithAShadowColorHasOne) {
+  const std::string sun = "\"float angleExtent\" [0] \"float intensity\" [1] ";
+  const auto of = [&](const std::string& bxdf) {
+    return overSeeds(scene(kSunlight, sun, wall(0.3, bxdf), ""), 1).mean();
+  };
+  const double free = overSeeds(scene(kSunlight, sun, "", ""), 1).mean();
+  EXPECT_GT(free, 0.1);
+  Registry registry;
+  int count = 0;
+  for (const Descriptor* d : registry.all(kinora::Kind::Bxdf)) {
+    const bool has = std::any_of(d->params, d->params + d->paramCount,
+                                 [](const Param& p) { return std::string(p.name) == "shadowColor"; });
+    if (!has) continue;
+    ++count;
+    const std::string more = std::string(d->name) == "LamaSurface" ? "\"string structure\" [\"D\"]" : "";
+    const double none = of(coloring(d->name, 0, more));
+    EXPECT_NEAR(of(coloring(d->name, 0.25, more)), none + 0.25 * (free - none), 1e-4 * free) << d->name;
+    EXPECT_NEAR(of(coloring(d->name, 3, more)), free, 1e-4 * free) << d->name << ": at most all";
+  }
+  EXPECT_GE(count, 14);
+}
+
+TEST(LightShadows, ColorsOfSurfacesMeetPresenceGlassPatternsAndLayers) {
+  const std::string sun = "\"float angleExtent\" [0] \"float intensity\" [1] ";
+  const auto of = [&](const std::string& walls, const std::string& light = "") {
+    return overSeeds(scene(kSunlight, sun + light, walls, ""), 1).mean();
+  };
+  const double free = of("");
+  const auto expect = [&](double share, const std::string& bxdf) {
+    EXPECT_NEAR(of(wall(0.3, bxdf)), share * free, 1e-4 * free) << bxdf;
+  };
+  expect(0.5 + 0.5 * 0.25, coloring("PxrSurface", 0.25, "\"float presence\" [0.5]"));
+  expect(0.25,
+         "Pattern \"PxrMix\" \"p\" \"color color1\" [0.25 0 0]\nBxdf \"PxrSurface\" \"b\" "
+         "\"reference color shadowColor\" [\"p:resultRGB\"]\n");
+  // glass by its tint and by the colour, or by the colour alone
+  const std::string glass = "\"float diffuseGain\" [0] \"float refractionGain\" [1] \"float reflectionGain\" [1] ";
+  const double tinted = of(wall(0.3, coloring("PxrSurface", 0, glass))) / free;
+  EXPECT_GT(tinted, 0.5);
+  EXPECT_LT(tinted, 0.99);
+  expect(tinted + 0.25 * (1 - tinted), coloring("PxrSurface", 0.25, glass));
+  expect(0.25, coloring("PxrSurface", 0.25, glass + "\"int shadowMode\" [1]"));
+  expect(0, coloring("PxrSurface", 0, glass + "\"int shadowMode\" [1]"));
+  // the first slab that says one, from the base up
+  const std::string base = "Bxdf \"LamaDiffuse\" \"base\" ", top = "Bxdf \"LamaSheen\" \"top\" ",
+                    quarter = "\"color shadowColor\" [0.25 0 0]\n", half = "\"color shadowColor\" [0.5 0 0]\n",
+                    layer =
+                        "Bxdf \"LamaLayer\" \"l\" \"reference bxdf materialBase\" [\"base\"] "
+                        "\"reference bxdf materialTop\" [\"top\"]\n"
+                        "Bxdf \"LamaSurface\" \"s\" \"reference bxdf materialFront\" [\"l\"]";
+  expect(0.25, base + quarter + top + half + layer + "\n");
+  expect(0.5, base + "\n" + top + half + layer + "\n");
+  expect(0.25, base + "\n" + top + half + layer + quarter);
+  // two walls multiply, and a light's own colour counts for what they take
+  const std::string walls = wall(0.3, coloring("PxrSurface", 0.5)) + wall(0.6, coloring("PxrSurface", 0.5));
+  EXPECT_NEAR(of(walls), 0.25 * free, 1e-4 * free);
+  EXPECT_NEAR(of(walls, "\"color shadowColor\" [0.5 0.5 0.5]"), 0.625 * free, 1e-4 * free);
 }
 
 // From the plane a sky is shadowed where the wall is nearer than the distance: within a cone about the normal.

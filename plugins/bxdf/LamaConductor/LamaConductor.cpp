@@ -15,7 +15,8 @@ enum : int {
   kRoughness,
   kNormal,
   kAnisotropy,
-  kAnisotropyDirection
+  kAnisotropyDirection,
+  kAnisotropyRotation
 };
 constexpr Param kParams[] = {
     param::color("tint", 1.f).help("Multiplies what is reflected."),
@@ -54,7 +55,9 @@ struct LamaConductor {
               .roughness = kRoughness,
               .anisotropy = kAnisotropy,
               .direction = kAnisotropyDirection,
-              .normal = kNormal});
+              .rotation = kAnisotropyRotation,
+              .normal = kNormal,
+              .bumpShadowing = lama::indexOf(kParams, "bumpShadowing")});
   }
 };
 
@@ -62,4 +65,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaConductor, SlabMaterial<LamaConductor>, BxdfPlugin,
               .help = "A metal; a material by itself, or a leaf of LamaLayer, LamaMix and LamaAdd.",
-              .params = kParams, .lobes = lama::kLobes, .lossless = kLossless, .conserving = kConserving)
+              .params = kParams, .lobes = lama::kNamedLobes, .lossless = kLossless, .conserving = kConserving)

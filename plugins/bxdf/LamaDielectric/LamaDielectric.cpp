@@ -17,7 +17,8 @@ enum : int {
   kAnisotropy,
   kDirection,
   kAbsorptionColor,
-  kAbsorptionRadius
+  kAbsorptionRadius,
+  kRotation
 };
 constexpr Param kParams[] = {
     KINORA_LAMA_TINTS,
@@ -32,11 +33,10 @@ constexpr Param kParams[] = {
         .range(-1, 1)
         .help("Above 0 highlights stretch along the direction, below 0 across it."),
     param::vector("direction", 0, 0, 0).help("Direction in render space; 0 0 0: the surface's tangent."),
-    param::color("absorptionColor", 1.f).help("Colour left of white light after absorptionRadius inside."),
-    param::number("absorptionRadius", 1.f).range(0.1f, 10).help("The distance of absorptionColor, render units."),
-    param::number("rotation", 0.f).help(KINORA_LAMA_LATER "Turns the direction."),
-    KINORA_LAMA_SCATTERING,
-    KINORA_LAMA_COMMON};
+    KINORA_LAMA_INTERIOR,
+    param::number("rotation", 0.f).help(KINORA_LAMA_ROTATION),
+    KINORA_LAMA_INTERIOR_SCATTERING,
+    KINORA_LAMA_COMMON_UNSHADOWED};
 constexpr const char* kLossless[] = {"roughness=0", "roughness=0.3; fresnelMode=1; IOR=1.33", "roughness=0.6",
                                      "roughness=1; fresnelMode=1; IOR=2", nullptr};
 constexpr const char* kConserving[] = {
@@ -53,6 +53,7 @@ struct LamaDielectric {
               .roughness = kRoughness,
               .anisotropy = kAnisotropy,
               .direction = kDirection,
+              .rotation = kRotation,
               .ior = scientific ? kIor : kReflectivity,
               .amount = kAbsorptionRadius,
               .normal = kNormal});
@@ -64,5 +65,5 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaDielectric, SlabMaterial<LamaDielectric>, BxdfPlugin,
               .help = "Glass by itself; a coat where it is the top of a LamaLayer.", .params = kParams,
-              .lobes = lama::kLobes, .enclosesMedium = LamaDielectric::enclosesMedium, .lossless = kLossless,
-              .conserving = kConserving)
+              .lobes = lama::kNamedLobes, .enclosesMedium = LamaDielectric::enclosesMedium,
+              .interiorMedium = &lama::kInterior, .lossless = kLossless, .conserving = kConserving)

@@ -18,7 +18,11 @@ constexpr const char* kLossless[] = {"color=1 1 1", "color=1 1 1; roughness=0.5"
 
 struct LamaDiffuse {
   static void begin(const Context& c, lama::Closure& k) {
-    bindLeaf(c, k, lama::kKindDiffuse, {.color = kColor, .roughness = kRoughness, .normal = kNormal});
+    bindLeaf(c, k, lama::kKindDiffuse,
+             {.color = kColor,
+              .roughness = kRoughness,
+              .normal = kNormal,
+              .bumpShadowing = lama::indexOf(kParams, "bumpShadowing")});
     k.leaves[0].color = colorOf(c, kColor, kDiffuseColor, 0.18f);
   }
 };
@@ -27,4 +31,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaDiffuse, SlabMaterial<LamaDiffuse>, BxdfPlugin,
               .help = "A diffuse slab; a material by itself, or a leaf of LamaLayer, LamaMix and LamaAdd.",
-              .params = kParams, .lobes = lama::kLobes, .lossless = kLossless)
+              .params = kParams, .lobes = lama::kNamedLobes, .lossless = kLossless)

@@ -5,7 +5,9 @@
 
 KINORA_KERNELS_BEGIN
 
-constexpr Param kParams[] = {param::color("color", 1.f).help("Radiance given off."), KINORA_LAMA_COMMON};
+constexpr Param kParams[] = {
+    param::color("color", 1.f).help("Radiance given off."),
+    KINORA_LAMA_COMMON_OF("No effect: it reflects nothing.", "No effect: what glows has no lobe.")};
 
 struct LamaEmission {
   static void begin(const Context& c, lama::Closure& k) { bindLeaf(c, k, lama::kKindEmission, {.color = 0}); }
@@ -15,4 +17,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaEmission, SlabMaterial<LamaEmission>, BxdfPlugin,
               .help = "Light given off; a leaf of LamaLayer, LamaMix and LamaAdd.", .params = kParams,
-              .lobes = lama::kLobes)
+              .lobes = lama::kNamedLobes)

@@ -17,7 +17,8 @@ enum : int {
   kRoughness,
   kNormal,
   kAnisotropy,
-  kAnisotropyDirection
+  kAnisotropyDirection,
+  kAnisotropyRotation
 };
 constexpr Param kParams[] = {
     KINORA_LAMA_TINTS,
@@ -52,8 +53,10 @@ struct LamaGeneralizedSchlick {
               .roughness = kRoughness,
               .anisotropy = kAnisotropy,
               .direction = kAnisotropyDirection,
+              .rotation = kAnisotropyRotation,
               .amount = kReflectivityProfile,
-              .normal = kNormal});
+              .normal = kNormal,
+              .bumpShadowing = lama::indexOf(kParams, "bumpShadowing")});
   }
 };
 
@@ -61,4 +64,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaGeneralizedSchlick, SlabMaterial<LamaGeneralizedSchlick>, BxdfPlugin,
               .help = "Reflection by Schlick's formula with free colours and exponent, for layers.",
-              .params = kParams, .lobes = lama::kLobes, .lossless = kLossless, .conserving = kConserving)
+              .params = kParams, .lobes = lama::kNamedLobes, .lossless = kLossless, .conserving = kConserving)

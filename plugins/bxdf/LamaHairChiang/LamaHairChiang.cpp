@@ -59,15 +59,15 @@ constexpr Param kParams[] = {
             "the second highlight towards the tip by 4 times."),
     param::number("IOR", 1.55f).range(1.2f, 1.9f).help("Index of refraction."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
-    KINORA_LAMA_COMMON};
+    KINORA_LAMA_COMMON_OF("No effect: hair has no bumps.", KINORA_LAMA_LOBE_NAME)};
 
 // Ways to make a direction: the paths of HairPath without glints, then all longer ones.
 enum Technique : uint32_t { kMakeLonger = kPathGlint, kTechniques };
 // Each scatters to both sides of the surface; one follows the other.
 constexpr LobeDecl kLobes[] = {
-    {"HairSpecularR", kLobeSpecular},   {"HairSpecularR", kLobeSpecular | kLobeTransmit},
-    {"HairSpecularTT", kLobeSpecular},  {"HairSpecularTT", kLobeSpecular | kLobeTransmit},
-    {"HairSpecularTRT", kLobeSpecular}, {"HairSpecularTRT", kLobeSpecular | kLobeTransmit}};
+    {"=lobeName:HairSpecularR", kLobeSpecular},   {"=lobeName:HairSpecularR", kLobeSpecular | kLobeTransmit},
+    {"=lobeName:HairSpecularTT", kLobeSpecular},  {"=lobeName:HairSpecularTT", kLobeSpecular | kLobeTransmit},
+    {"=lobeName:HairSpecularTRT", kLobeSpecular}, {"=lobeName:HairSpecularTRT", kLobeSpecular | kLobeTransmit}};
 constexpr const char* kLossless[] = {
     "colorTT=1 1 1", "colorMode=2; absorption=0 0 0; longitudinalRoughness=0.1; azimuthalRoughness=0.1; offset=5",
     "colorMode=1; eumelanin=0; longitudinalRoughness=1; azimuthalRoughness=1; IOR=1.3",

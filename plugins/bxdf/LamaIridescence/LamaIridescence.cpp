@@ -33,7 +33,8 @@ struct LamaIridescence {
               .direction = kDirection,
               .ior = kFilmIor,
               .amount = kRelative,
-              .normal = kNormal});
+              .normal = kNormal,
+              .bumpShadowing = lama::indexOf(kParams, "bumpShadowing")});
   }
 };
 
@@ -41,4 +42,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaIridescence, SlabMaterial<LamaIridescence>, BxdfPlugin,
               .help = "A thin film; a leaf of LamaLayer, LamaMix and LamaAdd.", .params = kParams,
-              .lobes = lama::kLobes, .conserving = kConserving)
+              .lobes = lama::kNamedLobes, .conserving = kConserving)

@@ -61,6 +61,7 @@ struct LamaSSS {
     bindLeaf(c, k, kindOf(int(c.param(kMode).data[0][0]), flag(c, kInversion)), {.color = kColor, .normal = kNormal});
     lama::Leaf& l = k.leaves[0];
     if (l.bump < 0) l.bump = bindNormal(c, k, kSssNormal, -1);
+    l.softens = l.bump >= 0 && flag(c, uint32_t(lama::indexOf(kParams, "bumpShadowing")));
     l.color = k.below[0].color = colorOf(c, kColor, kSssColor, 0.18f);
   }
   static char kindOf(int mode, bool areFlights) {
@@ -83,5 +84,5 @@ KINORA_KERNELS_END
 KINORA_PLUGIN(
     LamaSSS, SlabMaterial<LamaSSS>, BxdfPlugin,
     .help = "Scattering below the surface; a material by itself, or a leaf of LamaLayer, LamaMix and LamaAdd.",
-    .params = kParams, .lobes = lama::kLobes, .scattersBelow = LamaSSS::scattersBelow, .lossless = kLossless,
+    .params = kParams, .lobes = lama::kNamedLobes, .scattersBelow = LamaSSS::scattersBelow, .lossless = kLossless,
     .conserving = kConserving)

@@ -15,7 +15,11 @@ constexpr const char* kConserving[] = {"roughness=0", "roughness=0.1", "roughnes
 
 struct LamaSheen {
   static void begin(const Context& c, lama::Closure& k) {
-    bindLeaf(c, k, lama::kKindSheen, {.color = kColor, .roughness = kRoughness, .normal = kNormal});
+    bindLeaf(c, k, lama::kKindSheen,
+             {.color = kColor,
+              .roughness = kRoughness,
+              .normal = kNormal,
+              .bumpShadowing = lama::indexOf(kParams, "bumpShadowing")});
   }
 };
 
@@ -23,4 +27,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaSheen, SlabMaterial<LamaSheen>, BxdfPlugin,
               .help = "Sheen of cloth; a leaf of LamaLayer, LamaMix and LamaAdd.", .params = kParams,
-              .lobes = lama::kLobes, .conserving = kConserving)
+              .lobes = lama::kNamedLobes, .conserving = kConserving)

@@ -9,7 +9,20 @@
 
 KINORA_KERNELS_BEGIN
 
-enum : uint32_t { kFront, kBack, kPresence, kStructure, kFirstLeaf };
+enum : uint32_t {
+  kFront,
+  kBack,
+  kPresence,
+  kStructure,
+  kShadowColor,
+  kLobeName1,
+  kLobeName2,
+  kAbsorptionColor,
+  kAbsorptionRadius,
+  kScatterColor,
+  kScatterAnisotropy,
+  kFirstLeaf
+};
 enum : uint32_t {  // of a leaf
   kColor,
   kThrough,
@@ -21,6 +34,9 @@ enum : uint32_t {  // of a leaf
   kIor,
   kAmount,
   kNormal,
+  kRotation,
+  kLobes,
+  kBumpShadowing,
   kLeafSize
 };
 #define LEAF(n)                                                                                                     \
@@ -29,15 +45,20 @@ enum : uint32_t {  // of a leaf
       param::color("leaf" #n "_second", 0.5f)                                                                       \
           .help("Leaf " #n ": index or reflectivity of a conductor or Schlick's."),                                 \
       param::color("leaf" #n "_third", 1.f)                                                                         \
-          .help("Leaf " #n ": extinction or edge colour of a conductor, reflectivity90, or absorption of glass."),  \
+          .help("Leaf " #n ": extinction or edge colour of a conductor, or reflectivity90."),                       \
       param::number("leaf" #n "_roughness", 0.2f).help("Leaf " #n ": roughness."),                                  \
       param::number("leaf" #n "_anisotropy", 0.f).range(-1, 1).help("Leaf " #n ": anisotropy."),                    \
       param::vector("leaf" #n "_direction", 0, 0, 0).help("Leaf " #n ": direction of anisotropy."),                 \
       param::number("leaf" #n "_ior", 1.5f).range(1, 3).help("Leaf " #n ": index, or reflectivity of kinds r, g."), \
       param::number("leaf" #n "_amount", 0.2f)                                                                      \
           .range(0.1f, 1)                                                                                           \
-          .help("Leaf " #n ": profile of Schlick's, radius of absorption."),                                        \
-      param::normal("leaf" #n "_normal").help("Leaf " #n ": shading normal from a bump pattern.")
+          .help("Leaf " #n ": profile of Schlick's, thickness of films."),                                          \
+      param::normal("leaf" #n "_normal").help("Leaf " #n ": shading normal from a bump pattern."),                  \
+      param::number("leaf" #n "_rotation", 0.f).help("Leaf " #n ": turns the direction; 1 is a whole turn."),       \
+      param::integer("leaf" #n "_lobes", 0)                                                                         \
+          .range(0, 2)                                                                                              \
+          .help("Leaf " #n ": its lobes are named by lobeName1, lobeName2; 0: Diffuse, Specular ..."),              \
+      param::integer("leaf" #n "_bumpShadowing", 1).range(0, 1).help("Leaf " #n ": bumpShadowing of it.")
 #define OP(n)                                                                                         \
   param::number("op" #n "_amount", 1.f).help("Operation " #n ": topMix, mix, or the base's weight."), \
       param::number("op" #n "_other", 1.f).help("Operation " #n ": weight of the second of a sum.")
@@ -55,6 +76,11 @@ constexpr Param kParams[] = {
             "exponential, Y Burley's profile, Q three of them; V, "
             "W, "
             "Z the same by mean free paths). L: the newest lies on the one before, M: mix, P: sum."),
+    KINORA_LAMA_SHADOW_COLOR,
+    param::string("lobeName1", "").help("Name in light path expressions of the lobes of some leaves."),
+    param::string("lobeName2", "").help("The same of others."),
+    KINORA_LAMA_INTERIOR,
+    KINORA_LAMA_INTERIOR_SCATTERING,
     LEAF(1),
     LEAF(2),
     LEAF(3),
@@ -107,16 +133,25 @@ struct LamaSurface {
           lobes::SubsurfaceClosure& s = bindSubsurface(c, k, subsurfaceAt(which));
           if (letter == lama::kKindThreeProfiles) bindThree(c, s, threeAt(which));
         }
+        const bool isGlass = letter == lama::kKindGlass || letter == lama::kKindArtisticGlass;
         sound = sound && tree.leaf(letter, {.color = first + int(kColor),
                                             .through = first + int(kThrough),
                                             .second = first + int(kSecond),
-                                            .third = first + int(kThird),
+                                            .third = isGlass ? int(kAbsorptionColor) : first + int(kThird),
                                             .roughness = first + int(kRoughness),
                                             .anisotropy = first + int(kAnisotropy),
                                             .direction = first + int(kDirection),
+                                            .rotation = first + int(kRotation),
                                             .ior = first + int(kIor),
-                                            .amount = first + int(kAmount),
-                                            .normal = first + int(kNormal)});
+                                            .amount = isGlass ? int(kAbsorptionRadius) : first + int(kAmount),
+                                            .normal = first + int(kNormal),
+                                            .bumpShadowing = first + int(kBumpShadowing)});
+        if (sound) {
+          const float name = c.param(uint32_t(first) + kLobes).data[0][0];
+          lama::Leaf& leaf = k.leaves[k.leafCount - 1];
+          leaf.lobes = uint8_t((name == 1 ? 1 : name == 2 ? 2 : 0) * lama::kLobeCount);
+          if (leaf.kind == lama::kKindSubsurface && leaf.medium == 0) k.belowLobes = leaf.lobes;
+        }
       }
     }
     if (sound && tree.whole()) return;
@@ -169,6 +204,6 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaSurface, SlabMaterial<LamaSurface>, BxdfPlugin,
               .help = "The root of a material made of LamaLayer, LamaMix, LamaAdd and the slabs they combine.",
-              .params = kParams, .lobes = lama::kLobes, .presenceParam = int(kPresence),
+              .params = kParams, .lobes = lama::kTreeLobes, .presenceParam = int(kPresence),
               .enclosesMedium = LamaSurface::enclosesMedium, .scattersBelow = LamaSurface::scattersBelow,
-              .lossless = kLossless, .conserving = kConserving)
+              .interiorMedium = &lama::kInterior, .lossless = kLossless, .conserving = kConserving)

@@ -17,6 +17,12 @@ const Descriptor* kinoraStock_LamaDielectric();
 const Descriptor* kinoraStock_LamaGeneralizedSchlick();
 const Descriptor* kinoraStock_LamaIridescence();
 const Descriptor* kinoraStock_PxrDisneyBsdf();
+const Descriptor* kinoraStock_PxrSurface();
+const Descriptor* kinoraStock_PxrLayerSurface();
+const Descriptor* kinoraStock_LamaDiffuse();
+const Descriptor* kinoraStock_LamaSSS();
+const Descriptor* kinoraStock_LamaSheen();
+const Descriptor* kinoraStock_LamaTricolorSSS();
 
 namespace testing {
 namespace {
@@ -335,6 +341,51 @@ TEST(PxrDisneyBsdf, PartsAreWhatTheirParametersSay) {
     // half of the diffuse passes a sheet of diffTrans 1, all at 2
     const auto back = valueOf(d, "baseColor=0.6 0.6 0.6; ior=1; diffTrans=1; thin=1", c, -0.5, 1);
     EXPECT_NEAR(back[0], 0.3 / kPi * 0.5, 1e-6);
+  }
+}
+
+// What a bump reflects that leans towards the light, beside what it would: Chiang, Li and Burley's curve. Not the other
+// way round, where nothing leans, and where it is switched off.
+TEST(BumpShadowing, FadesWhatLeansTowardsTheLight) {
+  const struct {
+    const Descriptor* plugin;
+    std::string parameter, normal, more;
+  } cases[] = {
+      {kinoraStock_PxrSurface(), "shadowBumpTerminator", "bumpNormal", ""},
+      {kinoraStock_PxrSurface(), "shadowBumpTerminator", "diffuseBumpNormal", ""},
+      {kinoraStock_PxrSurface(), "shadowBumpTerminator", "bumpNormal",
+       "; diffuseGain=0; specularEdgeColor=1 1 1; specularFaceColor=1 1 1; specularRoughness=0.5"},
+      {kinoraStock_PxrSurface(), "shadowBumpTerminator", "bumpNormal",
+       "; diffuseGain=0; fuzzGain=1; fuzzConeAngle=60"},
+      {kinoraStock_PxrSurface(), "shadowBumpTerminator", "bumpNormal", "; diffuseGain=0; subsurfaceGain=1"},
+      {kinoraStock_PxrLayerSurface(), "shadowBumpTerminator", "bumpNormal", ""},
+      {kinoraStock_PxrDisneyBsdf(), "shadowBumpTerminator", "bumpNormal", "; sheen=1; clearcoat=1"},
+      {kinoraStock_LamaDiffuse(), "bumpShadowing", "normal", ""},
+      {kinoraStock_LamaSheen(), "bumpShadowing", "normal", "; roughness=1"},
+      {kinoraStock_LamaSSS(), "bumpShadowing", "sssNormal", ""},
+      {kinoraStock_LamaTricolorSSS(), "bumpShadowing", "sssNormal", ""},
+      {kinoraStock_LamaConductor(), "bumpShadowing", "normal", "; roughness=0.6"},
+      {kinoraStock_LamaGeneralizedSchlick(), "bumpShadowing", "normal", "; roughness=0.6"},
+      {kinoraStock_LamaIridescence(), "bumpShadowing", "normal", "; roughness=0.6"},
+      {kinoraStock_LamaSurface(), "leaf1_bumpShadowing", "leaf1_normal", ""},
+  };
+  for (const auto& c : cases) {
+    const auto ratio = [&](const char* normal, double cosine, double angle) {
+      const std::string rest = "; " + c.normal + "=" + normal + c.more;
+      const double off = valueOf(c.plugin, c.parameter + "=0" + rest, 0.9, cosine, angle)[1];
+      EXPECT_GT(off, 1e-6) << c.plugin->name << rest;
+      EXPECT_NEAR(valueOf(c.plugin, c.parameter + "=1" + rest, 0.9, cosine, angle)[1],
+                  valueOf(c.plugin, rest.substr(2), 0.9, cosine, angle)[1], 1e-9)
+          << "it is on by itself";
+      return valueOf(c.plugin, c.parameter + "=1" + rest, 0.9, cosine, angle)[1] / off;
+    };
+    for (const double cosine : {0.02, 0.1, 0.4}) {
+      const double sine = std::sqrt(1 - cosine * cosine), g = cosine / ((0.6 * sine + 0.8 * cosine) * 0.8);
+      EXPECT_NEAR(ratio("0.6 0 0.8", cosine, 0), g * (1 + g - g * g), 2e-3) << c.plugin->name << c.more;
+    }
+    EXPECT_NEAR(ratio("0.6 0 0.8", 0.9, kPi), 1, 1e-5) << c.plugin->name << c.more;
+    EXPECT_NEAR(ratio("0 0 1", 0.1, 0), 1, 1e-5) << c.plugin->name << c.more;
+    EXPECT_NEAR(ratio("0 0 0", 0.1, 0), 1, 1e-9) << c.plugin->name << c.more << ": not bumped";
   }
 }
 

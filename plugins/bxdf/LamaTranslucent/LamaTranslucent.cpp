@@ -9,7 +9,7 @@ enum : uint32_t { kColor, kNormal };
 constexpr Param kParams[] = {param::color("color", 0.18f).help("Share of light that passes."),
                              param::normal("normal").help("Shading normal from a bump pattern."),
                              param::number("roughness", 0.f).help(KINORA_LAMA_LATER "Of what leaves."),
-                             KINORA_LAMA_COMMON};
+                             KINORA_LAMA_COMMON_UNSHADOWED};
 constexpr const char* kLossless[] = {"color=1 1 1", nullptr};
 
 struct LamaTranslucent {
@@ -22,4 +22,4 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaTranslucent, SlabMaterial<LamaTranslucent>, BxdfPlugin,
               .help = "Diffuse transmission; a leaf of LamaLayer, LamaMix and LamaAdd.", .params = kParams,
-              .lobes = lama::kLobes, .lossless = kLossless)
+              .lobes = lama::kNamedLobes, .lossless = kLossless)

@@ -73,6 +73,7 @@ struct LamaTricolorSSS {
     bindLeaf(c, k, lama::kKindThreeProfiles, {.color = kNearColor, .normal = kNormal});
     lama::Leaf& l = k.leaves[0];
     if (l.bump < 0) l.bump = bindNormal(c, k, kSssNormal, -1);
+    l.softens = l.bump >= 0 && flag(c, uint32_t(lama::indexOf(kParams, "bumpShadowing")));
   }
   static uint32_t scattersBelow(const ParamValue* v, uint32_t) {
     return v[kScale].mayBeOn() && (v[kNearRadius].mayBeOn() || v[kMidRadius].mayBeOn() || v[kFarRadius].mayBeOn());
@@ -85,5 +86,5 @@ KINORA_PLUGIN(LamaTricolorSSS, SlabMaterial<LamaTricolorSSS>, BxdfPlugin,
               .help =
                   "Scattering below the surface in three layers, each of a colour that stays; a material by itself, "
                   "or a leaf of LamaLayer, LamaMix and LamaAdd.",
-              .params = kParams, .lobes = lama::kLobes, .scattersBelow = LamaTricolorSSS::scattersBelow,
+              .params = kParams, .lobes = lama::kNamedLobes, .scattersBelow = LamaTricolorSSS::scattersBelow,
               .lossless = kLossless, .conserving = kConserving)

@@ -49,7 +49,7 @@ constexpr Param kParams[] = {
     param::number("clearcoatGloss", 1.f).help("0 satin .. 1 gloss."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
-    param::integer("inputAOV", 0).range(0, 1).help("For patterns that write channels; without effect on light."),
+    param::make(Type::Int, "inputAOV", 0, 0, 0).help("Patterns that show values in display channels: PxrMatteID."),
 };
 
 enum Lobe : uint32_t { kDiffuseLobe, kSpecularLobe, kClearcoatLobe, kSheenLobe, kLobeCount };

@@ -35,7 +35,9 @@ enum : uint32_t {
   kBumpNormal,
   kScatterDistance,
   kSubsurfaceAnisotropy,
-  kSsAnisotropy
+  kSsAnisotropy,
+  kTransmissionBehavior,
+  kShadowBumpTerminator
 };
 #define LATER "No effect yet. "
 constexpr Param kParams[] = {
@@ -67,8 +69,12 @@ constexpr Param kParams[] = {
     param::number("subsurfaceAnisotropy", 0.f).range(-1, 1).help("Mean cosine of that scattering, limited to 0.95."),
     param::number("ssAnisotropy", 0.f).range(-1, 1).help("Another name of it, where that is 0."),
     param::integer("transmissionBehavior", 0).range(0, 2).help(LATER "What shadow rays do."),
-    param::integer("shadowBumpTerminator", 1).range(0, 1).help(LATER "Softens the terminator of bumps."),
-    param::integer("inputAOV", 0).range(0, 1).help("For patterns that write channels; without effect on light."),
+    param::integer("shadowBumpTerminator", 1)
+        .range(0, 1)
+        .help("1: what bumps reflect that lean towards a light fades where the surface under them sees it no more. "
+              "Not of "
+              "mirrors and glass."),
+    param::make(Type::Int, "inputAOV", 0, 0, 0).help("Patterns that show values in display channels: PxrMatteID."),
 };
 #undef LATER
 
@@ -84,6 +90,7 @@ struct PxrDisneyBsdf {
     const Value clearcoat = c.param(kClearcoat), emit = c.param(kEmitColor);
     const bool thin = flag(c, kThin), varies = !base.uniform();
     const int bump = bindNormal(c, k, kBumpNormal, -1);
+    const bool softens = bump >= 0 && flag(c, kShadowBumpTerminator);
     lobes::AnisotropyClosure anisotropy;
     bindAnisotropy(c, anisotropy, kAnisotropic, kAnisotropicDirection);
     const Value white = constant(c, 3, 1);
@@ -93,6 +100,7 @@ struct PxrDisneyBsdf {
       l.through = through;
       l.roughness = roughness;
       l.bump = bump;
+      l.softens = softens;
       return l;
     };
     // the hue of the base colour: its luminance, as the course of 2012 approximates it, is 1

@@ -81,9 +81,12 @@ constexpr Param kParams[] = {
     param::color("glowColor", 1.f).help("Radiance that the fibre gives off."),
     param::number("specularEnergyCompensation", 0.f)
         .help("1: the diffuse lobe gets what the others leave. 0: it is added to them."),
-    param::color("shadowColor", 0.f).help("No effect yet. Colour of shadows cast."),
+    param::color("shadowColor", 0.f)
+        .help("Share of lights' light that is left in shadows which the hair casts, by channel. Light paths (PxrVCM) "
+              "see "
+              "nothing of it."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
-    param::make(Type::Int, "inputAOV", 0, 0, 0).help("For patterns that write channels; without effect on light."),
+    param::make(Type::Int, "inputAOV", 0, 0, 0).help("Patterns that show values in display channels: PxrMatteID."),
 };
 
 // Ways to make a direction; the first are those of HairPath.

@@ -177,6 +177,7 @@ void bind(const Context& c, Closure& k) {
   bindSubsurface(c, k);
   bindSingle(c, k);
   bindGlass(c, k, bump);
+  k.softens = k.normalCount > 0 && flag(c, at("shadowBumpTerminator"));
   const bool specular = k.has(kSpecular) || k.has(kRoughSpecular);
   if (specular || k.has(kClearcoat) || k.has(kIridescence) || k.glass.thin)
     k.reflectionEnergy = &reflectionEnergyTable();

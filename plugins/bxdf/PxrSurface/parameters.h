@@ -40,22 +40,30 @@ namespace kinora::pxrSurface {
       param::normal(P "BumpNormal").help("Normal of this lobe; 0 0 0: bumpNormal, else the surface's."),             \
       param::integer(P "DoubleSided", 0).range(0, 1).help("1: the lobe is there on the back as well.")
 
+constexpr Param connectable(Param p) {
+  p.flags &= ~uint32_t(kParamNotConnectable);
+  return p;
+}
 constexpr Param kParams[] = {
     param::structure("inputMaterial")
         .help("Layers from PxrLayer or PxrLayerMixer (pxrMaterialOut): they feed all parameters they have."),
-    param::array(Type::Int, "utilityPattern", nullptr, 0)
-        .help(PXRSURFACE_LATER "Patterns run for their side effects."),
+    connectable(param::array(Type::Int, "utilityPattern", nullptr, 0))
+        .help("Patterns that show values in display channels: PxrMatteID."),
     param::normal("bumpNormal").help("Shading normal of all lobes that have none of their own."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::integer("presenceCached", 1).range(0, 1).help(PXRSURFACE_LATER "Presence is evaluated at each hit."),
-    param::color("shadowColor", 0.f).help(PXRSURFACE_LATER "Colour of shadows cast."),
+    param::color("shadowColor", 0.f)
+        .help("Share of lights' light that is left in shadows which the surface casts, by channel. Light paths "
+              "(PxrVCM) see nothing of it."),
     param::integer("shadowMode", 0)
         .range(0, 1)
         .options("0 shader and shadow colour, 1 shadow colour")
-        .help(PXRSURFACE_LATER "What shadows are coloured by."),
+        .help("0: glass colours its shadows by its tint too. 1: shadowColor alone says what is left."),
     param::integer("shadowBumpTerminator", 1)
         .range(0, 1)
-        .help(PXRSURFACE_LATER "Softens the shadow line of strong bumps."),
+        .help("1: what bumps reflect that lean towards a light fades where the surface under them sees it no more. "
+              "Not of "
+              "mirrors and glass."),
     param::color("userColor", 0.f).help(PXRSURFACE_LATER "A colour handed to an output."),
     param::number("roughnessMollificationClamp", 32.f)
         .range(1, 64)

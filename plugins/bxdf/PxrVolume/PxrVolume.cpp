@@ -4,6 +4,7 @@
 // emitted along the way whatever the density: fire glows where there is no smoke.
 #define KINORA_KERNEL_FILE "plugins/bxdf/PxrVolume/PxrVolume.cpp"
 #include <kinora/bxdf_author.h>
+#include <cmath>
 
 #if KINORA_PLAIN
 namespace kinora::pxrVolume {
@@ -30,7 +31,9 @@ enum : uint32_t {
   kStepSize,
   kVelocity,
   kVelocityPrimVar,
-  kVelocityMultiplier
+  kVelocityMultiplier,
+  kTransmittanceColor,
+  kTransmittanceDistance
 };
 constexpr const char kOneDistance[] =
     "No effect: distances are drawn by tracking, one along each ray, and more come by samples a pixel.";
@@ -82,12 +85,24 @@ constexpr Param kParams[] = {
         .help("How the grids of the medium move, per unit of the shutter's time, in object space: a constant."),
     param::string("velocityPrimVar", "").help("Primvar or grid that stands for velocity."),
     param::number("velocityMultiplier", 1.f).fixed().help("Factor on the velocity: 0 stops the motion."),
+    param::color("transmittanceColor", 1.f)
+        .help("What is left of white light after transmittanceDistance, where that is given."),
+    param::number("transmittanceDistance", -1.f)
+        .range(-1, 10)
+        .fixed()
+        .help("Not negative: the extinction is that of transmittanceColor, whatever the density; 0: there is none."),
 };
 constexpr LobeDecl kLobes[] = {{"Volume", kLobeVolume | kLobeDiffuse}};
 constexpr const char* kLossless[] = {
     "diffuseColor=1 1 1; multiScatter=1", "diffuseColor=1 1 1; anisotropy=0.7; multiScatter=1",
     "diffuseColor=1 1 1; anisotropy=0.8; anisotropy2=-0.5; blendFactor=0.3; multiScatter=1", nullptr};
 constexpr float kOpaqueDepth = 2.9957323f;  // log 20
+
+// By what is left after a distance.
+inline float extinctionOf(float left, float distance) {
+  const double share = left > 1e-4f ? (left < 1 ? double(left) : 1.0) : 1e-4;
+  return distance > 0 ? float(-std::log(share) / double(distance)) : 0.f;
+}
 
 inline bool hasText(const ParamValue& v) { return v.count && v.strings && v.strings[0] && *v.strings[0]; }
 
@@ -114,6 +129,11 @@ inline uint32_t productOf(const ParamValue* v, uint32_t, ExtinctionProduct* out)
     out->velocity = v[kVelocityPrimVar].strings[0];
   else
     for (int k = 0; k < 3; ++k) out->constantVelocity[k] = v[kVelocity].floats[k] * out->velocityFactor;
+  if (const float after = v[kTransmittanceDistance].floats[0]; after >= 0) {
+    if (v[kTransmittanceColor].connected) return 0;
+    for (int k = 0; k < 3; ++k) out->factor[k] = extinctionOf(v[kTransmittanceColor].floats[k], after);
+    return 1;
+  }
   const ParamValue& distance = v[kExtinctionDistance];
   if (distance.connected) return 0;
   if (distance.floats[0] > 0) {
@@ -161,7 +181,13 @@ struct PxrVolume {
     };
     const Value distance = c->param(kExtinctionDistance), number = named(kDensityFloatPrimVar, kDensityFloat),
                 color = named(kDensityColorPrimVar, kDensityColor);
+    const Value left = c->param(kTransmittanceColor);
+    const float after = c->param(kTransmittanceDistance).data[0][0];
     for (uint32_t i = 0; i < c->padded; ++i) {
+      if (after >= 0) {
+        for (uint32_t k = 0; k < 3; ++k) a->extinction[k][i] = extinctionOf(left.data[k][left.stride ? i : 0], after);
+        continue;
+      }
       const float reach = at(distance, 0, i), d = at(number, 0, i);
       for (uint32_t k = 0; k < 3; ++k)
         a->extinction[k][i] = reach > 0 ? kOpaqueDepth / reach : d * at(color, color.components == 3 ? k : 0, i);

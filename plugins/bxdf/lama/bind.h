@@ -1,5 +1,6 @@
 // Helpers for materials that fill a tree of slabs from their parameters. Included per target.
 #include <kinora/bxdf_author.h>
+#include <string_view>
 #include <kinora/math/microfacet.h>
 #include "closure.h"
 #include "functions.h"
@@ -17,10 +18,11 @@ struct LeafParams {
   int second = -1;   // conductor: index, or reflectivity; Schlick: reflectivity, or index
   int third = -1;    // conductor: extinction, or edge colour; Schlick: reflectivity at the edge; glass: absorption
   int roughness = -1;
-  int anisotropy = -1, direction = -1;
+  int anisotropy = -1, direction = -1, rotation = -1;
   int ior = -1;     // dielectrics: index, or reflectivity; film: its index
   int amount = -1;  // Schlick: profile; glass: radius of absorption; film: thickness between those
   int normal = -1;
+  int bumpShadowing = -1;
 };
 // The same of what lies below the surface.
 struct SubsurfaceParams {
@@ -44,13 +46,35 @@ struct ThreeParams {
 #define KINORA_LAMA_SCATTERING                                                    \
   param::color("scatterColor", 0.f).help(KINORA_LAMA_LATER "Scattering inside."), \
       param::number("scatterAnisotropy", 0.f).range(-1, 1).help(KINORA_LAMA_LATER "Its direction.")
+// The inside of glass, and the medium that fills it where it scatters (PxrVolume).
+#define KINORA_LAMA_INTERIOR                                                                              \
+  param::color("absorptionColor", 1.f).help("Colour left of white light after absorptionRadius inside."), \
+      param::number("absorptionRadius", 1.f).range(0.1f, 10).help("The distance of absorptionColor, render units.")
+#define KINORA_LAMA_INTERIOR_SCATTERING                                                                              \
+  param::color("scatterColor", 0.f)                                                                                  \
+      .help(                                                                                                         \
+          "Share of what is lost of light inside that is scattered, once, not absorbed: where it is set the inside " \
+          "is a medium, as that of PxrVolume, of the extinction that absorptionColor says."),                        \
+      param::number("scatterAnisotropy", 0.f)                                                                        \
+          .range(-1, 1)                                                                                              \
+          .help("Mean cosine of that scattering: above 0 forward, below 0 backward.")
+namespace kinora::lama {
+inline constexpr InteriorMedium::Pair kInside[] = {{"absorptionColor", "transmittanceColor"},
+                                                   {"absorptionRadius", "transmittanceDistance"},
+                                                   {"scatterColor", "diffuseColor"},
+                                                   {"scatterAnisotropy", "anisotropy"}};
+inline constexpr const char* kInsideCauses[] = {"scatterColor"};
+inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "absorptionColor"};
+}  // namespace kinora::lama
+#define KINORA_LAMA_ROTATION \
+  "Turns the direction about the normal, counter-clockwise as seen from outside; 1 is a whole turn."
 #define KINORA_LAMA_ANISOTROPY                                                                           \
   param::number("anisotropy", 0.f)                                                                       \
       .range(-1, 1)                                                                                      \
       .help("Above 0 highlights stretch along the direction, below 0 across it; as PxrSurface has it."), \
       param::vector("anisotropyDirection", 0, 0, 0)                                                      \
           .help("Direction in render space; 0 0 0: the surface's tangent."),                             \
-      param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_LATER "Turns the direction.")
+      param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_ROTATION)
 #define KINORA_LAMA_SUBSURFACE_OF(p)                                                                               \
   param::color(p "Radius", 0.f)                                                                                    \
       .help(                                                                                                       \
@@ -90,12 +114,37 @@ struct ThreeParams {
       param::number(p "FarRadius", 1.f).help("The third's."),                                            \
       param::color(p "MidColor", 0.18f).help("The second's colour; the first's is the leaf's."),         \
       param::color(p "FarColor", 0.18f).help("The third's colour.")
-#define KINORA_LAMA_COMMON                                                                                       \
-  param::color("shadowColor", 0.f).help(KINORA_LAMA_LATER "Colour of shadows cast."),                            \
-      param::number("energyCompensation", 1.f).help("No effect: what facets lose always comes back."),           \
-      param::integer("bumpShadowing", 1).range(0, 1).help(KINORA_LAMA_LATER "Softens the terminator of bumps."), \
-      param::string("lobeName", "").help(KINORA_LAMA_LATER "Name of the lobe in light path expressions."),       \
+#define KINORA_LAMA_SHADOW_COLOR                                                                                    \
+  param::color("shadowColor", 0.f)                                                                                  \
+      .help(                                                                                                        \
+          "Share of lights' light that is left in shadows which the surface casts, by channel. Of a layered "       \
+          "material's slabs the first counts that says one, from the base up. Light paths (PxrVCM) see nothing of " \
+          "it.")
+#define KINORA_LAMA_BUMP_SHADOWING                                                                              \
+  "1: what bumps reflect that lean towards a light fades where the surface under them sees it no more. Not of " \
+  "mirrors and glass."
+#define KINORA_LAMA_COMMON_OF(bumpShadowing, lobeName)                                                 \
+  KINORA_LAMA_SHADOW_COLOR,                                                                            \
+      param::number("energyCompensation", 1.f).help("No effect: what facets lose always comes back."), \
+      param::integer("bumpShadowing", 1).range(0, 1).help(bumpShadowing),                              \
+      param::string("lobeName", "").help(lobeName),                                                    \
       param::string("matte", "").help(KINORA_LAMA_LATER "Name of a matte.")
+#define KINORA_LAMA_LOBE_NAME                                                                               \
+  "Name of its lobes in light path expressions, by which Option \"lpe\" numbers them and \"C<RD'NAME'>L\" " \
+  "picks them; empty: Diffuse, Specular ... The slabs of a layered material have at most two."
+#define KINORA_LAMA_COMMON KINORA_LAMA_COMMON_OF(KINORA_LAMA_BUMP_SHADOWING, KINORA_LAMA_LOBE_NAME)
+// Of those that bumps do not shadow.
+#define KINORA_LAMA_COMMON_UNSHADOWED                                                                 \
+  KINORA_LAMA_COMMON_OF("No effect: of glass and of light that comes through, bumps shadow nothing.", \
+                        KINORA_LAMA_LOBE_NAME)
+namespace kinora::lama {
+template <size_t N>
+constexpr int indexOf(const Param (&list)[N], std::string_view name) {
+  for (size_t i = 0; i < N; ++i)
+    if (list[i].name == name) return int(i);
+  return -1;
+}
+}  // namespace kinora::lama
 #endif
 
 #if defined(KINORA_LAMA_BIND_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -149,8 +198,10 @@ class TreeBuilder {
     l.through = value(p.through, 3, 1);
     l.roughness = value(p.roughness, 1, 0);
     if (p.normal >= 0) l.bump = bindNormal(c_, k_, uint32_t(p.normal), -1);
+    l.softens = l.bump >= 0 && p.bumpShadowing >= 0 && flag(c_, uint32_t(p.bumpShadowing));
     lobes::AnisotropyClosure anisotropy;
     if (p.anisotropy >= 0) bindAnisotropy(c_, anisotropy, uint32_t(p.anisotropy), uint32_t(p.direction));
+    if (p.rotation >= 0 && anisotropy.on) turn(anisotropy, c_.param(uint32_t(p.rotation)));
     switch (kind) {
       case lama::kKindConductor:
       case lama::kKindArtisticConductor:
@@ -258,6 +309,30 @@ class TreeBuilder {
   }
 
  private:
+  // Turns the direction about the surface's outward normal, by so many whole turns: counter-clockwise as it is seen from
+  // outside (render space is left-handed), and from inside the same direction.
+  void turn(lobes::AnisotropyClosure& a, const Value& turns) {
+    if (isZero(turns)) return;
+    float* turned[3];
+    for (float*& row : turned) row = c_.alloc<float>(c_.padded);
+    for (uint32_t i = 0; i < c_.padded; ++i) {
+      float d[3] = {0, 0, 0}, n[3];
+      for (uint32_t k = 0; k < 3; ++k) {
+        if (a.directed) d[k] = valueAt(a.direction, k, i);
+        n[k] = c_.entering[i] ? c_.N[k][i] : -c_.N[k][i];
+      }
+      if (!(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > 1e-20f))
+        for (uint32_t k = 0; k < 3; ++k) d[k] = valueAt(a.tangent, k, i);
+      Float<8> sine, cosine;
+      sincos(Float<8>(kTwoPi * valueAt(turns, 0, i)), sine, cosine);
+      const float s = sine.lane0(), co = cosine.lane0();
+      turned[0][i] = co * d[0] + s * (d[1] * n[2] - d[2] * n[1]);
+      turned[1][i] = co * d[1] + s * (d[2] * n[0] - d[0] * n[2]);
+      turned[2][i] = co * d[2] + s * (d[0] * n[1] - d[1] * n[0]);
+    }
+    a.directed = true;
+    a.direction = Value{{turned[0], turned[1], turned[2]}, 1, 3};
+  }
   struct Node {
     uint8_t node, first;
   };

@@ -23,10 +23,19 @@ enum Lobe : uint32_t {
   kSubsurfaceReflect,
   kLobeCount
 };
-constexpr LobeDecl kLobes[kLobeCount] = {{"Diffuse", kLobeDiffuse},   {"Diffuse", kLobeDiffuse | kLobeTransmit},
-                                         {"Specular", kLobeSpecular}, {"Glass", kLobeSpecular | kLobeTransmit},
-                                         {"Fuzz", kLobeSpecular},     {"Subsurface", kLobeDiffuse | kLobeTransmit},
-                                         {"Subsurface", kLobeDiffuse}};
+#define KINORA_LAMA_LOBES(P)                                                                               \
+  {P "Diffuse", kLobeDiffuse}, {P "Diffuse", kLobeDiffuse | kLobeTransmit}, {P "Specular", kLobeSpecular}, \
+      {P "Glass", kLobeSpecular | kLobeTransmit}, {P "Fuzz", kLobeSpecular},                               \
+      {P "Subsurface", kLobeDiffuse | kLobeTransmit}, {                                                    \
+    P "Subsurface", kLobeDiffuse                                                                           \
+  }
+constexpr LobeDecl kLobes[kLobeCount] = {KINORA_LAMA_LOBES("")};
+// Of a slab by itself, which may name them; and of a tree, in which leaves have one of two names or none.
+constexpr LobeDecl kNamedLobes[kLobeCount] = {KINORA_LAMA_LOBES("=lobeName:")};
+constexpr uint32_t kLobeNames = 2;
+constexpr LobeDecl kTreeLobes[(1 + kLobeNames) * kLobeCount] = {
+    KINORA_LAMA_LOBES(""), KINORA_LAMA_LOBES("=lobeName1:"), KINORA_LAMA_LOBES("=lobeName2:")};
+#undef KINORA_LAMA_LOBES
 
 // The kinds of leaves, as the letters of a structure: a tree in postfix order, "DRL" a dielectric over a diffuse base.
 enum Kind : char {
@@ -62,11 +71,13 @@ enum OpKind : char { kOpLayer = 'L', kOpMix = 'M', kOpAdd = 'P' };
 
 struct Leaf {
   char kind = 0;
-  bool covers = false;  // it is in the top of a layer: what it lets through counts
-  uint8_t medium = 0;   // index into Closure::below
-  int bump = -1;        // index into Closure::normals, -1: the surface's
-  Value color;          // of what is reflected (translucent: let through, emission: given off)
-  Value through;        // tint of what reaches the base; of Burley's diffuse: its sheen
+  bool covers = false;   // it is in the top of a layer: what it lets through counts
+  uint8_t medium = 0;    // index into Closure::below
+  uint8_t lobes = 0;     // where the Lobes of its name begin
+  bool softens = false;  // lobes/bump_shadowing.h; not of mirrors and glass
+  int bump = -1;         // index into Closure::normals, -1: the surface's
+  Value color;           // of what is reflected (translucent: let through, emission: given off)
+  Value through;         // tint of what reaches the base; of Burley's diffuse: its sheen
   Value roughness;
   lobes::SpecularClosure specular;
   lobes::GlassClosure glass;
@@ -89,8 +100,9 @@ struct Closure {
   bool glows = false;
   lobes::SubsurfaceClosure below[kMaxBelow];  // of the leaves that have it
   uint32_t belowCount = 0;
-  int glass = -1;     // the first leaf of glass that bounds a medium
-  Value normals[10];  // bump inputs in use
+  uint8_t belowLobes = 0;  // Leaf::lobes of the first of them: paths that go below share a lobe
+  int glass = -1;          // the first leaf of glass that bounds a medium
+  Value normals[10];       // bump inputs in use
   int normalCount = 0;
   bool radiance = true;  // eta^2 on refraction
   const ReflectionEnergy* reflectionEnergy = nullptr;

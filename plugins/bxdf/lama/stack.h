@@ -7,6 +7,7 @@
 #include <kinora/math/microfacet.h>
 #include <iterator>
 #include "closure.h"
+#include "plugins/bxdf/lobes/bump_shadowing.h"
 #include "plugins/bxdf/lobes/burley.h"
 #include "sheen.h"
 #include "plugins/bxdf/lobes/diffuse.h"
@@ -75,12 +76,13 @@ template <int W>
 struct SlabTree {
   using F = Float<W>;
   const lama::Closure& k;
-  Vec3<W> Ng, wo;
+  Vec3<W> Ng, wo, smooth;  // smooth: the surface's own normal
   LeafLanes<W> leaves[lama::kMaxLeaves];
   F amount[lama::kMaxOps];  // of layers and mixes
   SlabView<W> viewO;
 
-  HWY_ATTR HWY_NOINLINE SlabTree(const lama::Closure& closure, const Surface<W>& s) : k(closure), Ng(s.Ng), wo(s.wo) {
+  HWY_ATTR HWY_NOINLINE SlabTree(const lama::Closure& closure, const Surface<W>& s)
+      : k(closure), Ng(s.Ng), wo(s.wo), smooth(s.N) {
     const F none(0.f), one(1.f);
     Vec3<W> normals[std::size(decltype(k.normals){})];
     for (int i = 0; i < k.normalCount; ++i) {
@@ -146,14 +148,16 @@ struct SlabTree {
       const lama::Leaf& leaf = k.leaves[i];
       if (leaf.kind == lama::kKindEmission) continue;
       const LeafLanes<W>& l = leaves[i];
-      const Rgb<W> rest = remaining(i, viewI);
+      Rgb<W> rest = remaining(i, viewI);
+      if (leaf.softens && leaf.kind != lama::kKindGlass && leaf.kind != lama::kKindTranslucent)
+        rest = rest * bumpShadowing<W>(smooth, l.normal, k.radiance ? wi : wo);
       if (leaf.isSpecular()) {
         const Vec3<W> w = l.specular.frame.toLocal(wi);
         const Mask<W> here = above & (w.z > none) & !l.specular.smooth;
         if (here.none()) continue;
         F p, r;
         const Rgb<W> f = l.specular.evaluate(w, viewO.energy[i], viewI.energy[i], p, r);
-        out.add(lama::kSpecular, zeroUnless(here, f * rest));
+        out.add(leaf.lobes + lama::kSpecular, zeroUnless(here, f * rest));
         add(here, i, 0, p, r);
         add(here, i, 1, F(kInvTwoPi), F(kInvTwoPi));
         continue;
@@ -166,7 +170,8 @@ struct SlabTree {
         if (up.any()) {
           const F one = l.glass.evaluateReflect(w, p);
           const F f = fma(l.glass.multipleReflected(viewO.glass[i].lost, viewI.glass[i].lost), cosine, one);
-          out.add(lama::kSpecular, zeroUnless(up, rest * l.glass.reflectTint * (f * l.glass.reflectGain)));
+          out.add(leaf.lobes + lama::kSpecular,
+                  zeroUnless(up, rest * l.glass.reflectTint * (f * l.glass.reflectGain)));
           add(up, i, 0, p.first, p.firstReverse);
           add(up, i, 1, p.second, p.secondReverse);
           add(up, i, 2, F(kInvTwoPi), F(kInvTwoPi));
@@ -174,7 +179,8 @@ struct SlabTree {
         if (down.any()) {
           const F one = l.glass.evaluateTransmit(w, p);
           const F f = fma(l.glass.multipleTransmitted(viewO.glass[i].lost, viewI.glass[i].lost), cosine, one);
-          out.add(lama::kTransmit, zeroUnless(down, rest * l.glass.transmitColor * (f * l.glass.radianceScale)));
+          out.add(leaf.lobes + lama::kTransmit,
+                  zeroUnless(down, rest * l.glass.transmitColor * (f * l.glass.radianceScale)));
           add(down, i, 0, p.first, p.firstReverse);
           add(down, i, 1, p.second, p.secondReverse);
           add(down, i, 3, F(kInvTwoPi), F(kInvTwoPi));
@@ -184,19 +190,20 @@ struct SlabTree {
       const F muO = max(dot(l.normal, wo), none), muI = dot(l.normal, wi);
       if (leaf.kind == lama::kKindTranslucent) {
         const Mask<W> here = below & (muI < none);
-        out.add(lama::kDiffuseTransmit, zeroUnless(here, rest * l.color * (-muI * F(kInvPi))));
+        out.add(leaf.lobes + lama::kDiffuseTransmit, zeroUnless(here, rest * l.color * (-muI * F(kInvPi))));
         add(here, i, 0, -muI * F(kInvPi), muO * F(kInvPi));
         continue;
       }
       const Mask<W> here = above & (muI > none);
       if (leaf.kind == lama::kKindSubsurface) {
-        out.add(lama::kSubsurfaceReflect, zeroUnless(here & !l.sinks, rest * l.color * (muI * F(kInvPi))));
+        out.add(leaf.lobes + lama::kSubsurfaceReflect,
+                zeroUnless(here & !l.sinks, rest * l.color * (muI * F(kInvPi))));
         add(here, i, kWayStandIn, muI * F(kInvPi), muO * F(kInvPi));
         continue;
       }
       if (leaf.kind == lama::kKindSheen) {
         const Vec3<W> o = localOut(l.frame, wo), w = l.frame.toLocal(wi);
-        out.add(lama::kSheen, zeroUnless(here, rest * l.color * (l.sheen.evaluate(o, w) * muI)));
+        out.add(leaf.lobes + lama::kSheen, zeroUnless(here, rest * l.color * (l.sheen.evaluate(o, w) * muI)));
         add(here, i, 0, F(kInvTwoPi), F(kInvTwoPi));
         continue;
       }
@@ -206,7 +213,7 @@ struct SlabTree {
             l.through * schlickWeight(safeSqrt(fma(dot(wo, wi), F(0.5f), F(0.5f))));
       else
         f = l.rough.evaluate(l.color, muO, muI, dot(wo, wi));
-      out.add(lama::kDiffuse, zeroUnless(here, rest * f * muI));
+      out.add(leaf.lobes + lama::kDiffuse, zeroUnless(here, rest * f * muI));
       add(here, i, 0, muI * F(kInvPi), muO * F(kInvPi));
     }
     out.pdf = pdf * viewO.scale;
@@ -245,6 +252,7 @@ struct SlabTree {
         valid = valid & ((!facets) | (r.z > none));
         discrete = discrete | smooth;
         discreteWeight = select(smooth, l.specular.fresnel(l.specular.wo.z), discreteWeight);
+        discreteLobe = select(smooth, Int<W>(uint32_t(leaf.lobes + lama::kSpecular)), discreteLobe);
       } else if (leaf.kind == lama::kKindGlass) {
         own = l.glass.frame;
         const Mask<W> first = is(0), second = is(1), facets = first | second, behind = is(3);
@@ -277,7 +285,8 @@ struct SlabTree {
           const Rgb<W> one2 = l.glass.reflectTint * (f * l.glass.reflectGain);
           const Rgb<W> two = l.glass.transmitColor * ((one - f) * l.glass.radianceScale);
           discreteWeight = select(smooth, select(refracts, two, one2), discreteWeight);
-          discreteLobe = select(smooth & refracts, Int<W>(uint32_t(lama::kTransmit)), discreteLobe);
+          discreteLobe = select(smooth, Int<W>(uint32_t(leaf.lobes + lama::kSpecular)), discreteLobe);
+          discreteLobe = select(smooth & refracts, Int<W>(uint32_t(leaf.lobes + lama::kTransmit)), discreteLobe);
         }
       } else {
         own = Frame<W>(l.normal);
@@ -296,7 +305,7 @@ struct SlabTree {
           out.below = out.below | sinks;
           out.medium = select(sinks, Int<W>(uint32_t(leaf.medium)), out.medium);
           discreteWeight = select(sinks, Rgb<W>(1.f), discreteWeight);
-          discreteLobe = select(sinks, Int<W>(uint32_t(lama::kSubsurface)), discreteLobe);
+          discreteLobe = select(sinks, Int<W>(uint32_t(k.belowLobes + lama::kSubsurface)), discreteLobe);
         }
       }
       frame = Frame<W>(select(mine, own.x, frame.x), select(mine, own.y, frame.y), select(mine, own.z, frame.z));

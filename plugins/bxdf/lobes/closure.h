@@ -125,7 +125,8 @@ struct Closure {
 
   Value normals[8];  // bump inputs in use: the general one and those of seven lobes
   int normalCount = 0;
-  bool bumped = false;  // normals[0] is bumpNormal
+  bool bumped = false;   // normals[0] is bumpNormal
+  bool softens = false;  // bump_shadowing.h, of lobes that are not mirrors and no glass
   int diffuseBump = -1, fuzzBump = -1;
 
   bool radiance = true;  // eta^2 on refraction

@@ -7,6 +7,7 @@
 #include <kinora/bxdf_author.h>
 #include <kinora/math/microfacet.h>
 #include <iterator>
+#include "bump_shadowing.h"
 #include "closure.h"
 #include "diffuse.h"
 #include "specular.h"
@@ -79,7 +80,7 @@ template <int W>
 struct LobeStack {
   using F = Float<W>;
   const lobes::Closure& k;
-  Vec3<W> Ng, wo;
+  Vec3<W> Ng, wo, smooth;  // smooth: the surface's own normal
   // diffuse
   Vec3<W> normal;
   F muO;
@@ -117,7 +118,7 @@ struct LobeStack {
   Layers<W> layersO;
 
   HWY_ATTR HWY_NOINLINE LobeStack(const lobes::Closure& closure, const Surface<W>& s)
-      : k(closure), Ng(s.Ng), wo(s.wo) {
+      : k(closure), Ng(s.Ng), wo(s.wo), smooth(s.N) {
     Vec3<W> normals[std::size(decltype(k.normals){})];
     // the first is bumpNormal itself where that is in use
     for (int i = 0; i < k.normalCount; ++i)

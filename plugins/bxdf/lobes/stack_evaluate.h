@@ -31,12 +31,16 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
   }
   F pdf(0.f), reverse(0.f);
   const F none(0.f);
+  const auto softened = [&](const Vec3<W>& bumped, const Rgb<W>& f) HWY_ATTR {
+    return k.softens ? f * bumpShadowing<W>(smooth, bumped, k.radiance ? wi : wo) : f;
+  };
   if (k.has(kDiffuse) || k.has(kDiffuseTransmit)) {
     const F muI = dot(normal, wi);
     if (k.has(kDiffuse)) {
       const Mask<W> here = above & (muI > none);
       const F law = muI * minnaert(exponent, muO, max(muI, none));
-      out.add(kDiffuse, zeroUnless(here, rough.evaluate(reflectance, muO, muI, dot(wo, wi)) * lower * law));
+      out.add(kDiffuse,
+              zeroUnless(here, softened(normal, rough.evaluate(reflectance, muO, muI, dot(wo, wi)) * lower * law)));
       add(here, choiceO, choiceI, kMakeDiffuse, muI * F(kInvPi), muO * F(kInvPi), pdf, reverse);
     }
     if (k.has(kDiffuseTransmit)) {
@@ -48,7 +52,7 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
   if (k.has(kSubsurface)) {
     const F muI = dot(under, wi);
     const Mask<W> here = above & (muI > none) & onSide(k.subsurface.doubleSided, seenO.outside);
-    out.add(kSubsurfaceReflect, zeroUnless(here, standIn * lower * (muI * F(kInvPi))));
+    out.add(kSubsurfaceReflect, zeroUnless(here, softened(under, standIn * lower * (muI * F(kInvPi)))));
     add(here, choiceO, choiceI, kMakeStandIn, muI * F(kInvPi), muUnder * F(kInvPi), pdf, reverse);
   }
   for (uint32_t i = 0; i < kReflecting; ++i) {
@@ -59,14 +63,14 @@ HWY_ATTR HWY_NOINLINE void LobeStack<W>::evaluate(const Vec3<W>& wi, LobeSum<W>&
     if (here.none()) continue;
     F p, r;
     const Rgb<W> f = l.evaluate(w, seenO.energy[i], seenI.energy[i], p, r);
-    out.add(kSpecular + i, zeroUnless(here, i == kCoat ? f : f * upper));
+    out.add(kSpecular + i, zeroUnless(here, softened(l.frame.z, i == kCoat ? f : f * upper)));
     add(here, choiceO, choiceI, kMakeSpecular + i, p, r, pdf, reverse);
     add(here, choiceO, choiceI, kMakeMultiple + i, F(kInvTwoPi), F(kInvTwoPi), pdf, reverse);
   }
   if (k.has(kFuzz)) {
     const F muI = dot(fuzzFrame.z, wi);
     const Mask<W> here = above & (muI > none) & onSide(k.fuzzDoubleSided, seenO.outside);
-    out.add(kFuzz, zeroUnless(here, fuzzColor * (fuzz.evaluate(muFuzzO, muI) * muI)));
+    out.add(kFuzz, zeroUnless(here, softened(fuzzFrame.z, fuzzColor * (fuzz.evaluate(muFuzzO, muI) * muI))));
     add(here, choiceO, choiceI, kMakeFuzz, fuzz.pdf(muI), fuzz.pdf(muFuzzO), pdf, reverse);
   }
   if (hasGlass()) {

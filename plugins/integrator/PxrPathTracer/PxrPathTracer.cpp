@@ -71,10 +71,7 @@ constexpr Param kParams[] = {
         .range(0, 1)
         .help("No effect: distances along media and lights are always sampled together; `equiangularWeight` of "
               "PxrVolume weighs them."),
-    param::integer("numVolumeAggregateSamples", 1)
-        .range(1, 64)
-        .help("No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
-              "pixel."),
+    pathParameters::kNumVolumeAggregateSamples,
     pathParameters::kVolumeAggregate,
     pathParameters::kVolumeAggregateCamera,
     pathParameters::kVolumeAggregateIndirect,

@@ -102,10 +102,7 @@ constexpr Param kParams[] = {
         .help("Surfaces farther than this from where a ray starts are not met by indirect and shadow rays, units of "
               "the "
               "world; lights are. 0 and 1e30 are off. With traceLightPaths 0."),
-    param::integer("numVolumeAggregateSamples", 1)
-        .range(1, 64)
-        .help("No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
-              "pixel."),
+    pathParameters::kNumVolumeAggregateSamples,
     param::integer("photonAdaptive", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
     param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect: all within the radius count."),
     param::number("photonEstimationRadius", 0.f)

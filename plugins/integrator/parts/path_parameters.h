@@ -87,6 +87,13 @@ inline constexpr Param kKeptPaths =
             "Share of light paths that are kept for camera paths to be connected to and merged with: fewer take less "
             "memory and leave more noise. Where --memory-limit has no room for them, they are fewer than that.");
 
+inline constexpr Param kNumVolumeAggregateSamples =
+    param::integer("numVolumeAggregateSamples", 1)
+        .range(1, 64)
+        .help(
+            "No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
+            "pixel.");
+
 // Which media rays know of; the renderer reads these four by their names.
 inline constexpr Param kVolumeAggregate =
     param::string("volumeAggregate", "globalVolumeAggregate")

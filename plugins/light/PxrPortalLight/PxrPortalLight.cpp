@@ -122,6 +122,23 @@ struct PortalWindow {
     const F end = before(i1);
     total = fma(fx1, before(i1 + I(1)) - end, end) - fx0 * before(i0 + I(1));
   }
+  // All of the table.
+  explicit KN_INLINE PortalWindow(const lightParts::PortalTable& t)
+      : sums(t.sums()),
+        stride(t.size() + 1),
+        i0(0),
+        i1(t.size() - 1),
+        j0(0),
+        j1(t.size() - 1),
+        fx0(0.f),
+        fx1(1.f),
+        fy0(0.f),
+        fy1(1.f),
+        low0(0),
+        low1(0),
+        high0(0),
+        high1(0),
+        total(t.whole()) {}
   static KN_INLINE void begin(int32_t size, F from, F extent, I& first, I& last, F& begins, F& ends) {
     const F highest(float(size - 1)), none(0.f), one(1.f);
     const F low = clamp(floor(from), none, highest);
@@ -283,12 +300,7 @@ struct PxrPortalLight {
     pdf = select(hit & view.usable, density * (view.cells * view.cells) * bySolidAngle(x, y, z), pdf);
   }
 
-  // All of the table's directions: from every point of the portal the same.
-  template <int W>
-  static KN_INLINE PortalWindow<W> everywhere(const Data& light) {
-    const Float<W> size(float(light.emitted.size()));
-    return PortalWindow<W>(light.emitted, Float<W>(0.f), Float<W>(0.f), size, size);
-  }
+  // From every point of the portal all of the table's directions.
   template <int W>
   static KN_INLINE void emit(const Data& light, const EmitInput<W>& in, LightEmission<W>& out) {
     using F = Float<W>;
@@ -298,7 +310,7 @@ struct PxrPortalLight {
     const Lanes<W> k(of);
     const F n(float(light.emitted.size())), perCell = F(kPi) / n;
     F x, y, density;
-    everywhere<W>(light).sample(in.u2, in.u3, x, y, density);
+    PortalWindow<W>(light.emitted).sample(in.u2, in.u3, x, y, density);
     F sx, cx, sy, cy;  // of angles from the edge, a quarter turn below the table's
     sincos(x * perCell, sx, cx);
     sincos(y * perCell, sy, cy);
@@ -322,7 +334,7 @@ struct PxrPortalLight {
     const F x = dot(ray.d, k.unitX), y = dot(ray.d, k.unitY), z = -dot(ray.d, k.normal);
     const F n(float(light.emitted.size())), cells = n * F(kInvPi), half = n * F(0.5f), least(1e-15f);
     const F across = fma(atan(x / max(z, least)), cells, half), up = fma(atan(y / max(z, least)), cells, half);
-    const F density = everywhere<W>(light).densityAt(across, up);
+    const F density = PortalWindow<W>(light.emitted).densityAt(across, up);
     out.pdfDirection = zeroUnless(z > F(0.f), density * (cells * cells) * bySolidAngle(x, y, z));
   }
 };

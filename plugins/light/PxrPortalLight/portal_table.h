@@ -76,6 +76,8 @@ class PortalTable {
   int32_t size() const { return size_; }  // cells along each axis, which spans pi
   // (size + 1) squared, sums()[i * (size + 1) + j] over the cells below i along x and j along y.
   const int32_t* sums() const { return sums_.data(); }
+  // The sum over all cells, as a window sums them: the columns but the last, and that one.
+  float whole() const { return whole_; }
 
  private:
   static constexpr double kPi = 3.14159265358979323846;
@@ -140,10 +142,17 @@ class PortalTable {
         sums_[(i + 1) * (n + 1) + j + 1] = sums_[i * (n + 1) + j + 1] + column;
       }
     }
+    // the rows but the last, and that one
+    const auto upTo = [&](size_t columns) {
+      const int32_t *last = &sums_[columns * (n + 1) + n], *rest = last - 1;
+      return float(*last - *rest) + float(*rest);
+    };
+    whole_ = (upTo(n) - upTo(n - 1)) + upTo(n - 1);
   }
 
   int32_t size_ = 0;
   std::vector<int32_t> sums_;
+  float whole_ = 0;
 };
 
 }  // namespace kinora::lightParts

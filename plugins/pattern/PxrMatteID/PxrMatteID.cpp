@@ -1,14 +1,18 @@
-// PxrMatteID: kept for the scenes that have it. It hands on nothing; its channels MatteID0 ... MatteID7 are not made.
+// PxrMatteID: mattes of objects in the channels MatteID0 ... MatteID7. The renderer runs it as a shader, which can ask for
+// attributes; what stands here is what a host without a shading language gives: nothing.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrMatteID/PxrMatteID.cpp"
 #include <kinora/pattern_author.h>
 
 KINORA_KERNELS_BEGIN
 
-#define KINORA_MATTE(n) \
-  param::color("matteTexture" #n, 0.f).help("No effect yet. What the channel MatteID" #n " shows.")
+#define KINORA_MATTE(n)                                                                                              \
+  param::color("matteTexture" #n, 0.f)                                                                               \
+      .help("What the display channel MatteID" #n " shows of the surface: the object's attribute user:MatteID" #n    \
+            " times this, the attribute alone where this is 0 0 0 and not connected, and this alone where there is " \
+            "no such attribute.")
 constexpr Param kParams[] = {
-    param::integer("inputAOV", 0).help("Accepted: the order of such nodes."),
-    param::integer("enable", 1).range(0, 1).help("No effect: there is nothing to switch off."),
+    param::make(Type::Int, "inputAOV", 0, 0, 0).help("Another such node, which is then there as well."),
+    param::integer("enable", 1).range(0, 1).help("0: its channels are black."),
     KINORA_MATTE(0),
     KINORA_MATTE(1),
     KINORA_MATTE(2),
@@ -31,4 +35,8 @@ struct PxrMatteID {
 
 KINORA_KERNELS_END
 
-KINORA_PATTERN(PxrMatteID, .help = "Kept: its mattes are not made.", .params = kParams)
+KINORA_PATTERN(PxrMatteID,
+               .help =
+                   "Mattes in the display channels MatteID0 to MatteID7, at what the camera sees. It is connected to "
+                   "utilityPattern or inputAOV of the material.",
+               .params = kParams)
