@@ -425,6 +425,14 @@ constexpr Explanation kRooms[] = {
      "nothing "
      "is checked. Surfaces that are diced where rays ask are looked for within the bound: their points move no "
      "farther, or twice as far at edges and corners, where surfaces that meet at an angle are moved as one."},
+    {"DISPLACEMENT-COARSE",
+     "A displaced surface asks for more micropolygons than are made of one: it is far larger than what is seen of "
+     "it, "
+     "or \"dice\" \"float micropolygonlength\" is very small. Its micropolygons are longer than asked for, by what "
+     "the "
+     "message says, and relief smaller than they are is lost. What lies far outside a view without perspective is "
+     "cut "
+     "less the farther it is, and far from the eye in others, so that size alone is no reason."},
     {"DISPLACEMENT-LEVELS",
      "A displaced surface asks to be diced where rays ask (Attribute \"dice\" \"int levels\" [1]), and the faces "
      "that it "

@@ -318,6 +318,7 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
   ClassCounts counts{faces.faceCount, points.count, points.count, faces.cornerCount};
   const size_t uniformFaces = faces.uniformCount ? faces.uniformCount : faces.faceCount;
   counts.uniform = uniformFaces;
+  if (faces.faceVaryingCount) counts.faceVarying = faces.faceVaryingCount;
   for (const scene::Parameter& p : primitive.primvars) {
     // A list may carry more points than faces name; primvars may then have either count.
     const size_t n = p.elementFloats() ? p.size() / p.elementFloats() : 0;

@@ -17,7 +17,7 @@ struct PolygonFaces {
   std::vector<int> ownSizes;
 
   // Set when the faces are a selection of a larger list: their numbers in it, for face ids and primvars.
-  size_t uniformCount = 0;  // 0: faceCount
+  size_t uniformCount = 0, faceVaryingCount = 0;  // 0: faceCount, cornerCount
   std::vector<uint32_t> originalFace, originalCorner;
 };
 

@@ -14,6 +14,7 @@
 #include "geometry/facets.h"
 #include "geometry/makers.h"
 #include "geometry/polygon.h"
+#include "geometry/refined_face.h"
 
 namespace kinora::geometry {
 
@@ -49,6 +50,7 @@ class Subdivider {
         cage_(cage),
         level_(cage.refiner->GetLevel(0)),
         factory_(*cage.refiner),
+        unshared_(*cage.refiner, Bfr::SurfaceFactory::Options().EnableCaching(false)),
         rate_(rate),
         diagnostics_(diagnostics),
         mesh_(mesh),
@@ -76,10 +78,12 @@ class Subdivider {
     const int n = level_.GetFaceVertices(face).size();
     return factory_.GetSchemeType() != Sdc::SCHEME_LOOP && n != 4;
   }
+  bool start(int face);
   bool isWhole(int face) const {  // not cut at all
     const auto edges = level_.GetFaceEdges(face);
     return std::all_of(edges.begin(), edges.end(), [&](int e) { return rates_[e] == 1; });
   }
+  void preparePoints(size_t key);
   void prepare(int face, bool valuesOnly = false);
   void evaluate(const double uv[2]);
   void evaluateValues(const double uv[2]);
@@ -96,7 +100,7 @@ class Subdivider {
   const scene::Primitive& primitive_;
   const Cage& cage_;
   const Far::TopologyLevel& level_;
-  Bfr::RefinerSurfaceFactory<> factory_;
+  Bfr::RefinerSurfaceFactory<> factory_, unshared_;  // the latter keeps no patch for others of like topology
   const DiceRate& rate_;
   Diagnostics& diagnostics_;
   Mesh& mesh_;
@@ -104,6 +108,8 @@ class Subdivider {
 
   std::vector<std::vector<double>> keys_;  // control points
   Surface surface_;
+  std::unique_ptr<RefinedFace> refined_;    // instead of all surfaces of the current face; keys first, then channels
+  Bfr::Parameterization parameterization_;  // of the current face
   std::vector<std::vector<double>> keyPatch_;
   std::vector<Channel> channels_;
   int valueWidth_ = 0;
@@ -172,9 +178,31 @@ void Subdivider::addChannels(const std::vector<SourcePrimvar>& primvars) {
   sampleNormal_.resize(keys_.size());
 }
 
+// Makes a face the current one. False: it has no limit surface, being a hole or at a boundary that is not interpolated.
+bool Subdivider::start(int face) {
+  refined_.reset();
+  parameterization_ = Bfr::Parameterization(factory_.GetSchemeType(), level_.GetFaceVertices(face).size());
+  if (!foldsAtCorner(level_, face)) return factory_.InitVertexSurface(face, &surface_);
+  if (!needsRefinement(*cage_.refiner, face)) return unshared_.InitVertexSurface(face, &surface_);
+  if (!factory_.FaceHasLimitSurface(face)) return false;
+  std::vector<CageValues> values;
+  for (const auto& key : keys_) values.push_back({CageValues::Kind::Vertex, 0, 3, key.data()});
+  for (const Channel& c : channels_) {
+    const auto kind = c.kind == Channel::Kind::Vertex    ? CageValues::Kind::Vertex
+                      : c.kind == Channel::Kind::Varying ? CageValues::Kind::Varying
+                                                         : CageValues::Kind::FaceVarying;
+    values.push_back({kind, c.index, c.width, c.data.data()});
+  }
+  refined_ = std::make_unique<RefinedFace>(*cage_.refiner, face, values);
+  return true;
+}
+
 V3d Subdivider::position(size_t key, const double uv[2], V3d& normal) const {
   V3d p, du, dv;
-  surface_.Evaluate(uv, keyPatch_[key].data(), 3, &p.x, &du.x, &dv.x);
+  if (refined_)
+    refined_->evaluate(uv, key, &p.x, &du.x, &dv.x);
+  else
+    surface_.Evaluate(uv, keyPatch_[key].data(), 3, &p.x, &du.x, &dv.x);
   normal = du.cross(dv).normalized();
   return p;
 }
@@ -195,12 +223,10 @@ void Subdivider::rateFace(int face, std::vector<double>& wanted) {
     }
     if (tiny) return;
   }
-  if (!factory_.InitVertexSurface(face, &surface_)) return;
-  const size_t patchPoints = size_t(surface_.GetNumPatchPoints());
-  const Bfr::Parameterization param = surface_.GetParameterization();
+  if (!start(face)) return;
+  const Bfr::Parameterization& param = parameterization_;
   for (size_t key = 0; key < keys_.size(); key += std::max<size_t>(1, keys_.size() - 1)) {  // first and last
-    keyPatch_[key].resize(patchPoints * 3);
-    surface_.PreparePatchPoints(keys_[key].data(), 3, keyPatch_[key].data(), 3);
+    preparePoints(key);
     std::vector<V3d> corner(n), cornerN(n), middle(n), middleN(n);
     double uv[2];
     for (int k = 0; k < n; ++k) {
@@ -329,19 +355,23 @@ void Subdivider::chooseRates() {
   firstAt_.assign(size_t(shared), kNone);
 }
 
+void Subdivider::preparePoints(size_t key) {
+  if (refined_) return;
+  keyPatch_[key].resize(size_t(surface_.GetNumPatchPoints()) * 3);
+  surface_.PreparePatchPoints(keys_[key].data(), 3, keyPatch_[key].data(), 3);
+}
+
 void Subdivider::prepare(int face, bool valuesOnly) {
-  const size_t patchPoints = size_t(surface_.GetNumPatchPoints());
-  for (size_t k = 0; k < keys_.size() && !valuesOnly; ++k) {
-    keyPatch_[k].resize(patchPoints * 3);
-    surface_.PreparePatchPoints(keys_[k].data(), 3, keyPatch_[k].data(), 3);
-  }
+  for (size_t k = 0; k < keys_.size() && !valuesOnly; ++k) preparePoints(k);
+  if (refined_) return;
+  const Bfr::SurfaceFactory& factory = foldsAtCorner(level_, face) ? unshared_ : factory_;
   for (Channel& c : channels_) {
     const Surface* s = &surface_;
     if (c.kind == Channel::Kind::Varying) {
-      factory_.InitVaryingSurface(face, &c.surface);
+      factory.InitVaryingSurface(face, &c.surface);
       s = &c.surface;
     } else if (c.kind == Channel::Kind::FaceVarying) {
-      factory_.InitFaceVaryingSurface(face, &c.surface, Bfr::SurfaceFactory::FVarID(c.index));
+      factory.InitFaceVaryingSurface(face, &c.surface, Bfr::SurfaceFactory::FVarID(c.index));
       s = &c.surface;
     }
     if (!s->IsValid()) continue;
@@ -357,9 +387,13 @@ void Subdivider::evaluate(const double uv[2]) {
 
 void Subdivider::evaluateValues(const double uv[2]) {
   int at = 0;
-  for (const Channel& c : channels_) {
+  for (size_t i = 0; i < channels_.size(); ++i) {
+    const Channel& c = channels_[i];
     const Surface& s = c.kind == Channel::Kind::Vertex ? surface_ : c.surface;
-    if (s.IsValid()) s.Evaluate(uv, c.patch.data(), c.width, &sampleValues_[at]);
+    if (refined_)
+      refined_->evaluate(uv, keys_.size() + i, &sampleValues_[at]);
+    else if (s.IsValid())
+      s.Evaluate(uv, c.patch.data(), c.width, &sampleValues_[at]);
     at += c.width;
   }
 }
@@ -437,7 +471,7 @@ void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int ra
     double uv[2] = {coords_[2 * i], coords_[2 * i + 1]};
     if (subFace >= 0) {
       const double local[2] = {uv[0], uv[1]};
-      surface_.GetParameterization().ConvertNormalizedSubFaceToCoord(subFace, local, uv);
+      parameterization_.ConvertNormalizedSubFaceToCoord(subFace, local, uv);
     }
     evaluate(uv);
     cellVertex_[i] = emit(i < int(outline.size()) ? outline[i] : Site{});
@@ -447,7 +481,7 @@ void Subdivider::makeCell(int face, const Bfr::Parameterization& pattern, int ra
 }
 
 void Subdivider::makeFace(int face) {
-  if (!factory_.InitVertexSurface(face, &surface_)) return;  // a hole, or a boundary that is not interpolated
+  if (!start(face)) return;
   prepare(face);
   const auto edges = level_.GetFaceEdges(face);
   const int n = edges.size();
@@ -474,7 +508,7 @@ void Subdivider::makeFace(int face) {
       rates[k] = rates_[edges[k]];
       for (int i = 0; i < rates[k]; ++i) outline.push_back(onEdge(face, k, i));
     }
-    makeCell(face, surface_.GetParameterization(), n, rates, outline, -1);
+    makeCell(face, parameterization_, n, rates, outline, -1);
     return;
   }
   // Quad j: corner j, middle of edge j, centre, middle of the edge before. Spokes run from the middles to the centre.
@@ -588,6 +622,7 @@ bool makeCagePolygons(const scene::Primitive& primitive, const scene::Subdivisio
   std::vector<int> sizes, vertices;
   if (!holes.empty()) {
     faces.uniformCount = faces.faceCount;
+    faces.faceVaryingCount = faces.cornerCount;
     size_t corner = 0, kept = 0, next = 0;
     for (size_t f = 0; f < faces.faceCount; ++f) {
       const size_t n = size_t(faces.verticesPerLoop[f]);

@@ -467,6 +467,32 @@ TEST(Subdivision, BrokenCagesBecomePolygons) {
   EXPECT_EQ(d.count("GEOM-ZERO-AREA"), 1u);
 }
 
+// Values by face corner stay with their corners where holes go; reading them all begins where the holes are.
+TEST(Subdivision, CagesWithHolesKeepTheirFaceVaryingValues) {
+  CageData c = sheet(2);
+  c.points[8].x = NAN;  // a corner of the last face
+  scene::Primitive p = subdivision(c, "catmull-clark", {tag("hole", {0})});
+  std::vector<float> st;
+  for (const int v : c.vertices) st.insert(st.end(), {float(v), float(v) * 0.5f});
+  p.primvars.set(parameter("st", StorageClass::FaceVarying, ValueType::Float, std::move(st), 2));
+  Quiet d;
+  const std::optional<Mesh> m = tessellate(p, {}, d);
+  ASSERT_TRUE(m.has_value());
+  EXPECT_EQ(d.count("GEOM-SUBDIVISION-CAGE"), 1u);
+  EXPECT_EQ(d.count("GEOM-PRIMVAR-COUNT"), 0u);
+  const Primvar* read = m->find("st");
+  ASSERT_TRUE(read && read->rate == Primvar::Rate::PerCorner);
+  ASSERT_EQ(read->data.size(), 6u * m->triangleCount());
+  for (uint32_t t = 0; t < m->triangleCount(); ++t) {
+    const auto at = corners(*m, t);
+    for (size_t k = 0; k < 3; ++k) {
+      const float v = float(std::lround(at[k].x * 2) + 3 * std::lround(at[k].y * 2));
+      EXPECT_EQ(read->data[6 * t + 2 * k], v);
+      EXPECT_EQ(read->data[6 * t + 2 * k + 1], v * 0.5f);
+    }
+  }
+}
+
 TEST(Subdivision, BadTagsAreToldAndLeftOut) {
   for (const auto& t :
        {tag("crease", {0}, {1}), tag("crease", {0, 1, 3}, {}), tag("crease", {0, 99}, {1}),

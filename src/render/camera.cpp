@@ -187,6 +187,21 @@ void setPixelSize(CameraState& c) {
   c.functions->rays(c.projection.data(), &a);
   c.pixelAngle = spread[0] > 0 ? 2.0 * spread[0] : 0;
   c.pixelSize = 2.0 * radius[0];
+  if (c.pixelAngle > 0 || !(c.pixelSize > 0)) return;
+  for (int i = 0; i < 16; ++i) {
+    raster[0][i] = i & 1 ? float(c.resolution[0]) : 0.f;
+    raster[1][i] = i & 2 ? float(c.resolution[1]) : 0.f;
+  }
+  c.functions->rays(c.projection.data(), &a);
+  std::array<double, 4> beam{o[0][0], o[1][0], o[0][0], o[1][0]};
+  for (int i = 0; i < 4; ++i) {
+    if (!(d[2][i] > 0.999999f) || !std::isfinite(o[0][i]) || !std::isfinite(o[1][i])) return;
+    for (const size_t k : {size_t(0), size_t(1)}) {
+      beam[k] = std::min(beam[k], double(o[k][i]));
+      beam[k + 2] = std::max(beam[k + 2], double(o[k][i]));
+    }
+  }
+  c.beam = beam;
 }
 
 }  // namespace

@@ -31,6 +31,9 @@ struct CameraState {
   double origin[3] = {0, 0, 0};  // of render space, world
   double pixelAngle = 0;         // of the footprint of a pixel: radians,
   double pixelSize = 0;          // and its width at the eye
+  // Where the rays of a projection without perspective start, all of them along z: camera space, x y x y. Empty for
+  // others.
+  std::optional<std::array<double, 4>> beam;
   double middle() const { return 0.5 * (shutterOpen + shutterClose); }
 };
 

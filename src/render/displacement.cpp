@@ -12,6 +12,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "geometry/grade.h"
 #include "geometry/refine.h"
 #include "render/camera_attributes.h"
 #include "render/matrix_scale.h"
@@ -45,10 +46,9 @@ bool asksForSpaces(const scene::Network& network, const scene::Scene& scene) {
   return !network.terminal->plugin.starts_with("Pxr") || names(network.terminal);
 }
 
-// Whether lengths of a displacement are those of a space that does not follow each instance; `isShader`: what shaders
-// write is P of the world.
-bool hasOuterLengths(const scene::Network& network, const scene::Scene& scene, bool isShader) {
-  if (isShader) return true;
+// Whether lengths of a displacement are those of a space that does not follow each instance. Of shaders, which write P
+// of the world, only what they do tells.
+bool hasOuterLengths(const scene::Network& network, const scene::Scene& scene) {
   for (const scene::NodePtr& n : network.patterns)
     if (sameName(n->plugin, "PxrDispTransform")) {
       const std::string space = n->params.getString("dispScaleSpace", "object");
@@ -77,6 +77,12 @@ double trianglesOf(const geometry::Mesh& mesh, const geometry::DiceRate& rate) {
   return sum;
 }
 
+// What is has a vertex wherever it needs one.
+bool isDicedByMaker(const scene::Primitive& p) {
+  return !std::holds_alternative<scene::PolygonMesh>(p.shape) &&
+         !std::holds_alternative<scene::OtherPrimitive>(p.shape);
+}
+
 std::string numberText(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", x);
@@ -91,6 +97,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
   tools_ = std::make_unique<Tools>(tools);
   materialOf_.clear();
   const std::vector<Digest> before = std::move(digests_);
+  ranges_.clear();
   digests_.clear();
   set_ = nullptr;
   const auto networkOf = [&](size_t shape) -> scene::NetworkPtr {
@@ -166,34 +173,72 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
 }
 
 // A surface is displaced once, where it stands first: instances of other sizes show the same, larger or smaller.
-void Displacement::tellOfScales() const {
+void Displacement::tellOfScales() {
   const size_t count = flat_->shapes.size();
-  std::vector<char> isAsked(count, 0);
+  std::vector<char> isAsked(count, 0), isShader(count, 0);
+  ranges_.assign(count, {});
   for (size_t s = 0; s < count; ++s)
-    if (moves(s))
-      isAsked[s] = hasOuterLengths(*flat_->shapes[s].attributes->displacement, tools_->scene,
-                                   set_->program((*set_)[materialOf_[s]].program).isMovedByShader);
+    if (moves(s)) {
+      isShader[s] = set_->program((*set_)[materialOf_[s]].program).isMovedByShader;
+      isAsked[s] = isShader[s] || hasOuterLengths(*flat_->shapes[s].attributes->displacement, tools_->scene);
+    }
   if (std::find(isAsked.begin(), isAsked.end(), 1) == isAsked.end()) return;
-  std::vector<double> least(count, INFINITY), most(count, 0);
   for (uint32_t p = 0; p < flat_->placements.size(); ++p)
     for (const uint32_t s : flat_->parts[flat_->partOf(p)].shapes) {
       if (!isAsked[s]) continue;
-      const double scale = scaleOf(flat_->toRender(p).at(tools_->camera.middle()));
-      least[s] = std::min(least[s], scale);
-      most[s] = std::max(most[s], scale);
+      const double scale = scaleAt(p);
+      ScaleRange& r = ranges_[s];
+      if (r.most == 0 || scale < r.least) r.least = scale, r.smallest = p;
+      if (r.most == 0 || scale > r.most) r.most = scale, r.largest = p;
     }
   for (size_t s = 0; s < count; ++s) {
-    if (!(most[s] > 1.001 * least[s])) continue;
-    const scene::Node& node = *flat_->shapes[s].attributes->displacement->terminal;
-    tools_->diagnostics.warning(
-        "DISPLACEMENT-SCALE", node.pos,
-        "displacement '" + node.handle + "' is measured in the world's lengths, and instances of " +
-            flat_->shapes[s].primitive->name() + " have scales from " + numberText(least[s]) + " to " +
-            numberText(most[s]),
-        "all are displaced as the first of them, which has " +
-            numberText(scaleOf(flat_->toRender(placementOf_[s]).at(tools_->camera.middle()))),
-        "measure it in the object's own lengths, or put what has another scale into an object of its own");
+    if (!(ranges_[s].most > 1.001 * ranges_[s].least))
+      ranges_[s] = {};
+    else if (!isShader[s])
+      tellOfScale(s);
   }
+}
+
+double Displacement::scaleAt(uint32_t placement) const {
+  return scaleOf(flat_->toRender(placement).at(tools_->camera.middle()));
+}
+
+void Displacement::tellOfScale(size_t shape) const {
+  const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
+  tools_->diagnostics.warning(
+      "DISPLACEMENT-SCALE", node.pos,
+      "displacement '" + node.handle + "' is measured in the world's lengths, and instances of " +
+          flat_->shapes[shape].primitive->name() + " have scales from " + numberText(ranges_[shape].least) + " to " +
+          numberText(ranges_[shape].most),
+      "all are displaced as the first of them, which has " + numberText(scaleAt(placementOf_[shape])),
+      "measure it in the object's own lengths, or put what has another scale into an object of its own");
+}
+
+// A shader may reckon in any space. Some points are moved as if they belonged to the instance whose scale differs most
+// from the first's: what is measured in the object's lengths goes as far there, in those.
+void Displacement::checkScale(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
+                              const geometry::Micropolygons& grid, const std::vector<Imath::V3f>* offsets,
+                              const std::atomic<bool>* stop) const {
+  if (ranges_.empty() || !set_->program((*set_)[materialOf_[shape]].program).isMovedByShader) return;
+  const ScaleRange& r = ranges_[shape];
+  if (!(r.most > r.least)) return;
+  const double first = scaleAt(placementOf_[shape]);
+  const uint32_t other = r.most * r.least > first * first ? r.largest : r.smallest;
+  constexpr size_t kPoints = 500;
+  geometry::Micropolygons some = grid;
+  const size_t count = some.corner.size(), step = std::max<size_t>(1, count / kPoints);
+  for (size_t v = 0; v < count; ++v)
+    if (v % step) some.corner[v] = geometry::Micropolygons::kNone;
+  const Shaded there = shade(shape, other, mesh, some, stop);
+  const Shaded here = offsets ? Shaded() : shade(shape, placementOf_[shape], mesh, some, stop);
+  if (stop && stop->load(std::memory_order_relaxed)) return;
+  double own = 0, others = 0;
+  for (size_t v = 0; v < count; v += step) {
+    own += double((offsets ? *offsets : here.offsets)[v].length2());
+    others += double(there.offsets[v].length2());
+  }
+  if (!(own > 0) || !(others > 0) || !std::isfinite(own + others)) return;
+  if (std::abs(std::sqrt(others / own) - 1) > 0.1 * std::abs(first / scaleAt(other) - 1)) tellOfScale(shape);
 }
 
 void Displacement::end() {
@@ -202,6 +247,7 @@ void Displacement::end() {
   tools_ = nullptr;
   set_ = nullptr;
   materialOf_.clear();
+  ranges_.clear();
 }
 
 Digest Displacement::digestOf(size_t shape) const {
@@ -213,8 +259,8 @@ Digest Displacement::digestOf(size_t shape) const {
 }
 
 // A world of one object where it stands in the scene, for places alone.
-shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const {
-  const uint32_t placement = placementOf_[shape];
+shade::ShadingWorld Displacement::worldOf(size_t shape, uint32_t placement,
+                                          const std::shared_ptr<geometry::Mesh>& mesh) const {
   FlatScene alone;
   alone.shapes = {flat_->shapes[shape]};
   trace::PartInput part;
@@ -259,16 +305,17 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, const std::shared_ptr<ge
   return w;
 }
 
-Displacement::Shaded Displacement::shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh,
+Displacement::Shaded Displacement::shade(size_t shape, uint32_t placement,
+                                         const std::shared_ptr<geometry::Mesh>& mesh,
                                          const geometry::Micropolygons& grid, const std::atomic<bool>* stop) const {
   Shaded all;
   all.offsets.assign(mesh->points.size(), Imath::V3f(0));
   if (set_->program((*set_)[materialOf_[shape]].program).isMovedByShader) all.normals = all.offsets;
   std::atomic<bool> hasNormals = false;
-  const shade::ShadingWorld world = worldOf(shape, mesh);
+  const shade::ShadingWorld world = worldOf(shape, placement, mesh);
   const geometry::Primvar& normals = *mesh->find("N");
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
-  const float toRender = float(scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle())));
+  const float toRender = float(scaleAt(placement));
   const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
   tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
   const auto shadeChunk = [&](size_t chunk) {
@@ -326,12 +373,14 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   const auto start = std::chrono::steady_clock::now();
   using Rate = geometry::Primvar::Rate;
   const scene::Primitive& p = *flat_->shapes[shape].primitive;
-  // what is diced by its own maker has a vertex wherever it needs one
-  const bool isDiced =
-      !std::holds_alternative<scene::PolygonMesh>(p.shape) && !std::holds_alternative<scene::OtherPrimitive>(p.shape);
+  const bool isDiced = isDicedByMaker(p);
   const geometry::Primvar* normals = mesh.find("N");
   bool isByVertex = normals && normals->rate == Rate::PerVertex;
   for (const geometry::Primvar& v : mesh.primvars) isByVertex &= v.rate != Rate::PerCorner;
+  if (!isDiced)
+    if (std::optional<geometry::Mesh> even = geometry::graded(mesh, rate)) mesh = std::move(*even);
+  if (!isDiced || mesh.triangleCount() > rate.maxTriangles / 4)
+    tellOfCoarse(shape, trianglesOf(mesh, rate), rate.maxTriangles);
   if (!isDiced || !isByVertex) {
     geometry::DiceRate asItIs;
     mesh = geometry::refined(mesh, isDiced ? asItIs : rate);
@@ -340,7 +389,8 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   working.add(mesh.bytes());
   auto base = std::make_shared<geometry::Mesh>(std::move(mesh));
   const geometry::Micropolygons grid(*base);
-  Shaded shaded = shade(shape, base, grid, stop);
+  Shaded shaded = shade(shape, placementOf_[shape], base, grid, stop);
+  checkScale(shape, base, grid, &shaded.offsets, stop);
   mesh = std::move(*base);
   if (stop && stop->load(std::memory_order_relaxed)) return;
   const geometry::DisplacementResult result =
@@ -358,6 +408,18 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   for (uint32_t t = 0; t < mesh.triangleCount(); ++t) quads += mesh.quadOf(t) == t;
   micropolygons_ += mesh.triangleCount() - quads;
   nanoseconds_ += uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
+}
+
+void Displacement::tellOfCoarse(size_t shape, double wanted, double made) const {
+  if (!(wanted > 4 * made)) return;
+  const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
+  tools_->diagnostics.warning("DISPLACEMENT-COARSE", node.pos,
+                              "displacement '" + node.handle + "' of " + flat_->shapes[shape].primitive->name() +
+                                  " asks for " + numberText(wanted) + " triangles of micropolygons, and at most " +
+                                  numberText(made) + " are made",
+                              "they are " + numberText(std::sqrt(wanted / made)) + " times as long as they should be",
+                              "a greater Attribute \"dice\" \"float micropolygonlength\" says what is wanted; leave "
+                              "out what is not seen of the object, or cut it into several");
 }
 
 double Displacement::boundOf(size_t shape, std::string& space, double& scale) const {
@@ -407,22 +469,29 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
                                                               geometry::Mesh& mesh) const {
   if (mesh.keyCount() > 1 || mesh.isStrand() || !mesh.triangleCount()) return nullptr;
   const bool isAsked = flat_->shapes[shape].attributes->named.getInt("dice:levels", -1) > 0;
-  if (!isAsked && trianglesOf(mesh, rate) < double(rate.maxTriangles)) return nullptr;
+  const std::optional<geometry::Mesh> even = geometry::graded(mesh, rate);
+  const geometry::Mesh& base = even ? *even : mesh;
+  const double wanted = trianglesOf(base, rate);
+  const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  // makers of grids do not follow rates that differ so much over one of theirs
+  const bool isNeeded = isAsked || (even && isDicedByMaker(p));
+  if (!isNeeded && wanted < double(rate.maxTriangles)) return nullptr;
   geometry::DiceRate coarse = rate;
   coarse.edgeLength = [&](const Imath::V3d& p) { return kStepsOfPatch * rate.at(p); };
-  const auto patches = std::make_shared<geometry::Patches>(geometry::refined(mesh, coarse), rate);
+  const auto patches = std::make_shared<geometry::Patches>(geometry::refined(base, coarse), rate);
   const uint64_t triangles = patches->triangles();
-  if (!isAsked && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;
-  const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  if (!isNeeded && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;
   if (triangles < kLeastOfPatchAsked * patches->count()) {
-    tools_->diagnostics.info("DISPLACEMENT-LEVELS", p.pos,
-                             p.name() + " is diced at once: its patches are hardly larger than micropolygons");
+    if (isAsked)
+      tools_->diagnostics.info("DISPLACEMENT-LEVELS", p.pos,
+                               p.name() + " is diced at once: its patches are hardly larger than micropolygons");
     return nullptr;
   }
+  tellOfCoarse(shape, wanted, double(triangles));
   const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
   LevelledSurface::Setup setup;
   setup.patches = patches;
-  setup.world = worldOf(shape, patches->mesh());
+  setup.world = worldOf(shape, placementOf_[shape], patches->mesh());
   setup.world.placesByParameter = true;
   setup.attributes = flat_->shapes[shape].attributes;
   setup.paths = tools_->paths;
@@ -440,6 +509,8 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   setup.counters = levelCounters_;
   auto made = std::make_shared<LevelledSurface>(std::move(setup));
   if (!(bound > 0)) checkBound(shape, made->longest());
+  if (!ranges_.empty() && ranges_[shape].most > 0)
+    checkScale(shape, patches->mesh(), geometry::Micropolygons(*patches->mesh()), nullptr, stop);
   return made;
 }
 

@@ -62,17 +62,28 @@ class Displacement {
   }  // of shading and moving; meshes made at a time count each
 
  private:
-  shade::ShadingWorld worldOf(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh) const;
+  shade::ShadingWorld worldOf(size_t shape, uint32_t placement, const std::shared_ptr<geometry::Mesh>& mesh) const;
   // By key and vertex, object space; `normals` stay empty where no shader says any.
   struct Shaded {
     std::vector<Imath::V3f> offsets, normals;
   };
-  Shaded shade(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
-               const std::atomic<bool>* stop) const;
+  Shaded shade(size_t shape, uint32_t placement, const std::shared_ptr<geometry::Mesh>& mesh,
+               const geometry::Micropolygons& grid, const std::atomic<bool>* stop) const;
   // displacementbound in `space` units, and by how much those are longer than the object's; without one: 0.
   double boundOf(size_t shape, std::string& space, double& scale) const;
   void checkBound(size_t shape, double longest) const;
-  void tellOfScales() const;
+  void tellOfCoarse(size_t shape, double wanted, double made) const;  // triangles
+  // Of the placements of a shape whose displacement may be measured in lengths of the world; 0: all are alike.
+  struct ScaleRange {
+    double least = 0, most = 0;
+    uint32_t smallest = 0, largest = 0;
+  };
+  void tellOfScales();
+  void tellOfScale(size_t shape) const;
+  double scaleAt(uint32_t placement) const;
+  // `offsets`: of the first placement, one key at least; null: not known.
+  void checkScale(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
+                  const std::vector<Imath::V3f>* offsets, const std::atomic<bool>* stop) const;
 
   const FlatScene* flat_ = nullptr;
   std::unique_ptr<Tools> tools_;
@@ -80,6 +91,7 @@ class Displacement {
   std::vector<uint32_t> materialOf_;   // by shape; empty: nothing is displaced
   std::vector<uint32_t> placementOf_;  // by shape: its first
   std::vector<Digest> digests_;        // by shape; of those that move
+  std::vector<ScaleRange> ranges_;     // by shape; empty: no displacement is measured in lengths of the world
   std::vector<std::shared_ptr<const shade::ShaderNode>> shaders_;
   FileContents::Names files_;  // that are used, also by shaders while they run
   std::unique_ptr<FileContents::Listening> listening_;

@@ -116,9 +116,37 @@ Digest dicingOf(const std::vector<Use>& uses, const CameraState& camera) {
   Hasher h;
   const Imath::V3d eye = camera.worldToCamera.inverse().translation();
   for (const double v : {eye.x, eye.y, eye.z, camera.pixelAngle, camera.pixelSize}) h.bytes(&v, sizeof v);
+  if (camera.beam) {
+    h.bytes(camera.beam->data(), sizeof *camera.beam);
+    h.bytes(&camera.worldToCamera, sizeof camera.worldToCamera);
+  }
   for (const Use& u : uses) h.bytes(&u.m, sizeof u.m);
   return h.result();
 }
+
+// How large a micropolygon's edge is for a camera without perspective, in those that it sees: 1 where it looks and a
+// quarter of the picture's diagonal around, longer with the distance beyond, so that what reaches to the horizon has an
+// end.
+class BeamRate {
+ public:
+  explicit BeamRate(const CameraState& camera) : camera_(camera) {
+    if (!camera.beam) return;
+    const std::array<double, 4>& b = *camera.beam;
+    around_ = 0.25 * std::hypot(b[2] - b[0], b[3] - b[1]);
+  }
+  double at(const Imath::V3d& world) const {
+    if (!(around_ > 0)) return 1;
+    const Imath::V3d p = world * camera_.worldToCamera;
+    const std::array<double, 4>& b = *camera_.beam;
+    const double x = std::max({b[0] - p.x, p.x - b[2], 0.0}), y = std::max({b[1] - p.y, p.y - b[3], 0.0});
+    return std::max(1.0, std::hypot(x, y) / around_);
+  }
+  double slope() const { return around_ > 0 ? 1 / around_ : 0; }  // by length in camera space
+
+ private:
+  const CameraState& camera_;
+  double around_ = 0;
+};
 
 // Of all that a mesh holds: a field more and this does not compile.
 Digest digestOf(const geometry::Mesh& mesh) {
@@ -247,6 +275,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
     if (flat.memberOf(k).solid != trace::kNoSolid)
       for (const uint32_t s : flat.parts[flat.partOf(k)].shapes) isOfSolid[s] = true;
   const Imath::V3d eye = camera.worldToCamera.inverse().translation();
+  const BeamRate beam(camera);
   std::vector<Kept> before = std::move(kept_);
   kept_.clear();
   Finder finder(before);
@@ -283,11 +312,20 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
       isDiced.store(true, std::memory_order_relaxed);
       double best = INFINITY;
       for (const Use& u : uses[i]) {
-        const double distance = (x * u.m - eye).length();
-        best = std::min(best, std::max(camera.pixelSize, distance * camera.pixelAngle) * pixels / u.scale);
+        const Imath::V3d world = x * u.m;
+        const double distance = (world - eye).length();
+        best = std::min(best,
+                        std::max(camera.pixelSize * beam.at(world), distance * camera.pixelAngle) * pixels / u.scale);
       }
       return best;
     };
+    if (shape.radiusPixels == 0) {
+      rate.slope = std::max(camera.pixelAngle, camera.pixelSize * beam.slope()) * pixels;
+      for (const Use& u : uses[i]) {
+        const double least = camera.pixelSize * pixels / u.scale;
+        rate.least = rate.least > 0 ? std::min(rate.least, least) : least;
+      }
+    }
     Kept mine = tessellated(flat, i, rate, camera, displacement, stop, isDiced, diagnostics);
     coming.set(0);
     mine.settings = next[i].settings;

@@ -396,6 +396,76 @@ TEST(DisplacedSurfaces, ScalesOfInstancesThatDifferAreTold) {
   EXPECT_FALSE(told("object", "2 2 2"));
 }
 
+// Shaders reckon in any space: what they do tells.
+TEST(DisplacedSurfaces, ShadersThatReckonInTheObjectHaveNoScaleToTell) {
+  const auto folder = std::filesystem::temp_directory_path() / "kinora_displacement_scales";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "grow.osl") << "displacement grow(float by = .1) { P += by * N; }";
+  std::ofstream(folder / "waves.osl")
+      << "displacement waves(float by = .1) {\n  point o = transform(\"object\", P);\n"
+         "  displace(\"object\", by * sin(3 * o[0]) * cos(3 * o[1]));\n}";
+  const auto told = [&](const std::string& shader, const std::string& scale, const std::string& levels) {
+    RenderRequest request = requestOf(levels + "Displace \"" + shader +
+                                      "\" \"d\"\nObjectBegin \"o\"\nSphere .3 -.3 .3 360\nObjectEnd\nTranslate -.5 0 "
+                                      "0\nObjectInstance \"o\"\nTranslate 1 0 0\nRotate 20 1 1 1\nScale " +
+                                      scale + "\nObjectInstance \"o\"");
+    request.rib = "Option \"searchpath\" \"string shader\" [\"" + folder.string() + "\"]\n" + request.rib;
+    SceneRender r(request);
+    EXPECT_TRUE(r.ok());
+    return says(r, "DISPLACEMENT-SCALE");
+  };
+  for (const std::string levels : {"", "Attribute \"dice\" \"int levels\" [1] \"float micropolygonlength\" [.2]\n"}) {
+    EXPECT_TRUE(told("grow", "2 2 2", levels)) << levels;
+    EXPECT_TRUE(told("grow", ".5 .5 .5", levels)) << levels;
+    EXPECT_FALSE(told("grow", "-1 1 1", levels)) << levels;
+    EXPECT_FALSE(told("waves", "2 2 2", levels)) << levels;
+    EXPECT_FALSE(told("waves", ".5 .5 .5", levels)) << levels;
+  }
+  std::filesystem::remove_all(folder);
+}
+
+// What is seen of a face decides what it is cut into, not how far it reaches.
+TEST(DisplacedSurfaces, FacesThatReachFarAreCutWhereTheyAreSeen) {
+  const std::string waves =
+      "Pattern \"PxrFractal\" \"f\" \"int surfacePosition\" [0] \"float frequency\" [.7]\n"
+      "Displace \"PxrDisplace\" \"d\" \"float dispAmount\" [.3] \"reference float "
+      "dispScalar\" [\"f:resultF\"]\n";
+  const auto of = [&](const std::string& projection, const std::string& turn, double side, const std::string& more) {
+    RenderRequest r;
+    r.rib = kWorld;
+    r.rib.replace(r.rib.find("Projection"), r.rib.find("Shutter") - r.rib.find("Projection"), projection);
+    const std::string s = std::to_string(side);
+    r.rib += turn + more + waves + "PointsPolygons [4] [0 1 2 3] \"P\" [-" + s + " -" + s + " 0 " + s + " -" + s +
+             " 0 " + s + " " + s + " 0 -" + s + " " + s + " 0]\nWorldEnd\n";
+    r.channels = "Ci,a,z,Nn";
+    return std::make_unique<SceneRender>(r);
+  };
+  const std::string flat = "Projection \"orthographic\"\nScreenWindow -2 2 -2 2\n";
+  const auto small = of(flat, "Rotate 30 1 0 0\n", 8, ""), large = of(flat, "Rotate 30 1 0 0\n", 1e6, "");
+  ASSERT_TRUE(small->ok() && large->ok());
+  EXPECT_TRUE(large->messages().empty()) << large->messages()[0];
+  EXPECT_LT(large->renderer().statistics().micropolygons, 200'000u);
+  EXPECT_LT(between(*small, *large, "Nn").mean, 0.02);
+  EXPECT_LT(between(*small, *large, "z").mean, 0.02);
+  // as in perspective, down to the horizon
+  const std::string eye = "Projection \"perspective\" \"fov\" [40]\n";
+  const auto near = of(eye, "Translate 0 -.5 -5\nRotate 90 1 0 0\n", 60, ""),
+             far = of(eye, "Translate 0 -.5 -5\nRotate 90 1 0 0\n", 1e5, "");
+  ASSERT_TRUE(near->ok() && far->ok());
+  EXPECT_TRUE(far->messages().empty()) << far->messages()[0];
+  EXPECT_LT(far->renderer().statistics().micropolygons, 3'000'000u);
+  image::Image n = near->channel("Nn"), m = far->channel("Nn");
+  double sum = 0;
+  const size_t rows = size_t(n.height()), row = n.pixels.size() / rows;
+  for (size_t i = row * (rows - 12); i < n.pixels.size(); ++i)
+    sum += std::abs(double(n.pixels[i]) - double(m.pixels[i])) / double(12 * row);
+  EXPECT_LT(sum, 0.05);
+  // more than can be made is told
+  const auto fine = of(flat, "", 8, "Attribute \"dice\" \"float micropolygonlength\" [.001] \"int levels\" [0]\n");
+  EXPECT_TRUE(fine->ok());
+  EXPECT_TRUE(says(*fine, "DISPLACEMENT-COARSE"));
+}
+
 TEST(DisplacedSurfaces, FollowTheRateThatIsAsked) {
   const auto count = [](const std::string& rate) {
     SceneRender r(requestOf(rate + byDistance(0.1) + "Patch \"bilinear\" \"P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]"));
