@@ -595,12 +595,14 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-LEFT-OUT",
      "Volumes are in aggregates (Attribute \"volume\" \"string[] aggregate\") that the integrator asks for in none "
      "of its "
-     "rays: they are left out. Its volumeAggregate names aggregates, several with blanks between them; "
+     "rays, and no surface that encloses something (volumeAggregateName) for its inside: they are left out. Its "
+     "volumeAggregate names aggregates, several with blanks between them; "
      "\"globalVolumeAggregate\" is that of volumes that say nothing."},
     {"MEDIUM-NONE",
      "A Volume request has the material of a surface, or none: nothing would fill it. It is left out."},
     {"MEDIUM-OPEN",
-     "What has the material of a medium encloses no space. Curves and points are left out. A surface with holes, or "
+     "What has the material of a medium, or has volumes inside (volumeAggregateName), encloses no space. Curves and "
+     "points are left out, and have none. A surface with holes, or "
      "one "
      "side of a box as a primitive of its own, bounds its medium as far as it goes: rays that meet it once are "
      "inside "
@@ -608,8 +610,9 @@ constexpr Explanation kRooms[] = {
     {"MEDIUM-OVERLAP",
      "At one point more than eight media overlap. Those that the ray entered last are left out there."},
     {"MEDIUM-SOLID",
-     "A part of a solid (SolidBegin) has the material of a medium. What a solid leaves of its parts is known for "
-     "surfaces alone: the medium is left out."},
+     "A part of a solid (SolidBegin) has the material of a medium, or has volumes inside (volumeAggregateName). What "
+     "a "
+     "solid leaves of its parts is known for surfaces alone: the medium is left out, the volumes are not inside."},
     {"MEDIUM-VELOCITY",
      "velocityPrimVar of a PxrVolume names no grid or voxels of three components in its Volume request (nor three of "
      "one, \"NAME.x\" and so on): the medium stands still. Or its velocity carries it farther while the shutter is "

@@ -461,7 +461,7 @@ void Displacement::checkBound(size_t shape, double longest) const {
 bool Displacement::mayHaveLevels(size_t shape) const {
   // what nothing displaces may have no attributes
   return moves(shape) && flat_->shapes[shape].attributes->named.getInt("dice:levels", -1) != 0 &&
-         !flat_->shapes[shape].isMedium && flat_->memberOf(placementOf_[shape]).solid == trace::kNoSolid;
+         !flat_->shapes[shape].boundsMedia && flat_->memberOf(placementOf_[shape]).solid == trace::kNoSolid;
 }
 
 std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, const geometry::DiceRate& rate,

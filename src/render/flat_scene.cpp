@@ -160,10 +160,10 @@ bool FlatScene::isOf(const scene::Scene& scene, const RenderSpace& space, const 
 class Flattener {
  public:
   Flattener(const scene::Scene& scene, const RenderSpace& space, const std::set<uint32_t>& leaveOut,
-            const std::function<bool(const scene::Attributes*)>& isMedium, const std::atomic<bool>* stop,
+            const std::function<bool(const scene::Attributes*)>& boundsMedia, const std::atomic<bool>* stop,
             Diagnostics& diagnostics)
       : scene_(scene),
-        isMedium_(isMedium),
+        boundsMedia_(boundsMedia),
         stop_(stop),
         diagnostics_(diagnostics),
         flat_(std::make_shared<FlatScene>()),
@@ -183,9 +183,9 @@ class Flattener {
   std::shared_ptr<const FlatScene> run() {
     FlatScene& f = *flat_;
     const std::vector<SolidTrees::Place> solids = trees_.open(scene_.solids, {});
-    std::set<uint32_t> alone = f.leaveOut_;  // what is full of a medium shares no shape
+    std::set<uint32_t> alone = f.leaveOut_;  // what bounds media shares no shape
     for (const scene::PrimitivePtr& p : scene_.primitives)
-      if (isMedium(p->attributes.get())) alone.insert(p->id);
+      if (boundsMedia(p->attributes.get())) alone.insert(p->id);
     const SharedShapes shared = sharedShapesOf(scene_.primitives, f.space_.view, alone,
                                                [&](const scene::Attributes* a) { return lookOfLast(a); });
     f.asksView_ |= shared.asksView;
@@ -278,8 +278,8 @@ class Flattener {
 
   void place(uint32_t part, uint32_t opened, uint32_t primitive, const scene::Attributes* attributes,
              const SolidTrees::Place& in) {
-    if (isMedium(attributes)) {
-      flat_->shapes[flat_->parts[part].shapes[0]].isMedium = true;
+    if (boundsMedia(attributes)) {
+      flat_->shapes[flat_->parts[part].shapes[0]].boundsMedia = true;
       flat_->parts[part].instanced = true;  // in its own space, for those who look for its boundary
     }
     placeKind(kindOf(part, attributes), opened, primitive, in);
@@ -348,14 +348,14 @@ class Flattener {
     f.attributes.push_back(attributes);
   }
 
-  bool isMedium(const scene::Attributes* attributes) {
+  bool boundsMedia(const scene::Attributes* attributes) {
     const scene::Network* material = attributes ? attributes->bxdf.get() : nullptr;
     if (!material) return false;
     if (material != lastMaterial_) {
       lastMaterial_ = material;
-      isLastMedium_ = isMedium_(attributes);
+      lastBoundsMedia_ = boundsMedia_(attributes);
     }
-    return isLastMedium_;
+    return lastBoundsMedia_;
   }
 
   const std::pair<scene::AttributesPtr, Digest>& inheritedBy(const scene::AttributesPtr& own,
@@ -467,8 +467,8 @@ class Flattener {
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
-      const bool isOfMany =
-          mayBeMany && !isMedium(inherited.get()) && !hasDetail(p->attributes.get()) && maySharePart(*p, given.get());
+      const bool isOfMany = mayBeMany && !boundsMedia(inherited.get()) && !hasDetail(p->attributes.get()) &&
+                            maySharePart(*p, given.get());
       (isOfMany ? many : alone).push_back({k, given, inherited.get(), look, in});
     }
     const uint32_t kind = kindsOfMany(prototype, attributes.get(), many);
@@ -509,9 +509,9 @@ class Flattener {
 
   static constexpr uint32_t kNone = ~0u;
   const scene::Scene& scene_;
-  const std::function<bool(const scene::Attributes*)>& isMedium_;
+  const std::function<bool(const scene::Attributes*)>& boundsMedia_;
   const scene::Network* lastMaterial_ = nullptr;
-  bool isLastMedium_ = false;
+  bool lastBoundsMedia_ = false;
   const std::atomic<bool>* stop_;
   Diagnostics& diagnostics_;
   std::shared_ptr<FlatScene> flat_;
@@ -537,9 +537,9 @@ class Flattener {
 
 std::shared_ptr<const FlatScene> flatten(const scene::Scene& scene, const RenderSpace& space,
                                          const std::set<uint32_t>& leaveOut,
-                                         const std::function<bool(const scene::Attributes*)>& isMedium,
+                                         const std::function<bool(const scene::Attributes*)>& boundsMedia,
                                          const std::atomic<bool>* stop, Diagnostics& diagnostics) {
-  return Flattener(scene, space, leaveOut, isMedium, stop, diagnostics).run();
+  return Flattener(scene, space, leaveOut, boundsMedia, stop, diagnostics).run();
 }
 
 }  // namespace kinora::render

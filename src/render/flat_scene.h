@@ -39,8 +39,8 @@ struct FlatScene {
     Digest look;
     double radiusPixels = 0;  // of one of size 1 that stands for others: how large they are seen
     std::shared_ptr<const std::vector<scene::PrimitivePtr>> more = nullptr;  // one mesh with `primitive`; null: none
-    bool isMedium = false;  // some placement of it is full of a medium
-    bool isBaked = false;   // its own transform is baked into its mesh, see prototype_parts.h
+    bool boundsMedia = false;  // some placement of it is full of a medium, or what media inside are cut off by
+    bool isBaked = false;      // its own transform is baked into its mesh, see prototype_parts.h
   };
   // A shape of a part, in placements with the same attributes. Those of a part of many shapes follow each other.
   struct Kind {
@@ -123,11 +123,11 @@ struct FlatScene {
       inherited_;
 };
 
-// `leaveOut`: ids of primitives in the world that are none. `isMedium`: whether objects of such attributes are full of a
-// medium. `stop`: another thread may end it early.
+// `leaveOut`: ids of primitives in the world that are none. `boundsMedia`: whether the meshes of objects of such attributes
+// are boundaries of media. `stop`: another thread may end it early.
 std::shared_ptr<const FlatScene> flatten(const scene::Scene& scene, const RenderSpace& space,
                                          const std::set<uint32_t>& leaveOut,
-                                         const std::function<bool(const scene::Attributes*)>& isMedium,
+                                         const std::function<bool(const scene::Attributes*)>& boundsMedia,
                                          const std::atomic<bool>* stop, Diagnostics& diagnostics);
 
 }  // namespace kinora::render

@@ -284,7 +284,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
   std::vector<uint32_t> missing;
   for (uint32_t i = 0; i < count; ++i) {
     const FlatScene::Shape& shape = flat.shapes[i];
-    const Digest settings = settingsOf(shape, isOfSolid[i] || shape.isMedium, camera, displacement.digestOf(i));
+    const Digest settings = settingsOf(shape, isOfSolid[i] || shape.boundsMedia, camera, displacement.digestOf(i));
     found[i] = finder.find(shape, settings);
     if (found[i] && !(found[i]->isDiced && found[i]->dicing != dicingOf(uses[i], camera))) {
       next[i] = std::move(*found[i]);

@@ -79,28 +79,99 @@ std::shared_ptr<geometry::Mesh> grown(const geometry::Mesh& mesh, const float by
   return larger;
 }
 
-// Aggregates that surfaces name as what is inside of them.
-std::vector<std::string> interiorsOf(const shade::MaterialSet& materials) {
-  std::vector<std::string> names;
-  for (uint32_t i = 0; i < materials.programCount(); ++i)
-    for (const shade::ProgramNode& node : materials.program(i).nodes)
-      for (uint32_t k = 0; node.plugin && k < node.plugin->paramCount; ++k)
-        if (node.plugin->params[k].type == Type::String && node.params[k].text && *node.params[k].text &&
-            std::string_view(node.plugin->params[k].name) == "volumeAggregateName")
-          for (std::string& n : groupNames(node.params[k].text)) names.push_back(std::move(n));
-  return names;
+// Aggregates that surfaces have inside, by name, and which of them each kind has.
+struct InteriorNames {
+  std::vector<std::string> all;
+  std::vector<std::vector<uint32_t>> ofKind;  // numbers of these
+
+  InteriorNames(const FlatScene& flat, Registry& registry, Diagnostics& diagnostics) : ofKind(flat.kinds.size()) {
+    const scene::Network* last = nullptr;  // neighbours are often of one material
+    std::vector<uint32_t> inLast;
+    for (size_t kind = 0; kind < flat.kinds.size(); ++kind) {
+      const scene::Network* material = flat.attributes[kind] ? flat.attributes[kind]->bxdf.get() : nullptr;
+      if (material && material != last) {
+        last = material;
+        inLast.clear();
+        for (const std::string& name : aggregatesInside(flat.attributes[kind], registry, diagnostics)) {
+          const auto at = std::find(all.begin(), all.end(), name);
+          inLast.push_back(uint32_t(at - all.begin()));
+          if (at == all.end()) all.push_back(name);
+        }
+      }
+      if (material) ofKind[kind] = inLast;
+    }
+  }
+};
+
+// The mesh of what is bounded, where it is placed.
+struct Boundary {
+  std::shared_ptr<geometry::Mesh> mesh;
+  uint32_t placement;
+};
+
+void warnOfOpen(const scene::Primitive& p, Diagnostics& diagnostics) {
+  diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' is open: its surface encloses no space",
+                      "where a ray meets it once, the medium begins or ends there",
+                      "a mesh without holes, of one primitive");
 }
 
-// The hierarchy of boundaries, but for the few that are boxes. boundaryOf, placementOf: by medium.
-void setBoundaries(shade::SpaceMedia& media, const FlatScene& flat,
-                   std::vector<std::shared_ptr<geometry::Mesh>> boundaryOf, const std::vector<uint32_t>& placementOf,
+// The surfaces that media are cut off by, where some are seen only inside of them.
+void findInteriors(const FlatScene& flat, const Meshes& meshes, const InteriorNames& names, shade::SpaceMedia& media,
+                   std::vector<Boundary>& boundaries, Diagnostics& diagnostics) {
+  if (std::none_of(media.media.begin(), media.media.end(),
+                   [](const shade::SpaceMedium& m) { return m.visibilityInside != 0; }))
+    return;
+  media.nameCount = uint32_t(names.all.size());
+  std::map<const geometry::Mesh*, float> sideOf;
+  for (uint32_t k = 0; k < flat.placements.size(); ++k) {
+    const uint32_t kind = flat.placements[k].kind;
+    if (names.ofKind[kind].empty()) continue;
+    const uint32_t shape = flat.kinds[kind].shape;
+    const scene::Primitive& p = *flat.shapes[shape].primitive;
+    const geometry::Mesh& mesh = *meshes[shape];
+    if (mesh.isStrand() || mesh.indices.empty()) {
+      if (mesh.isStrand())
+        diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' encloses no space for the volumes inside",
+                            "there are none", "curves and points have no inside");
+      continue;
+    }
+    if (flat.memberOf(k).solid != trace::kNoSolid) {
+      diagnostics.warning("MEDIUM-SOLID", p.pos, "'" + p.name() + "' is a part of a solid, and has volumes inside",
+                          "there are none", "a closed mesh of the solid's shape has them");
+      continue;
+    }
+    const auto [side, isNew] = sideOf.try_emplace(&mesh, 1.f);
+    if (isNew) {
+      side->second = signedVolume(mesh) < 0 ? -1.f : 1.f;
+      if (!isClosed(mesh)) warnOfOpen(p, diagnostics);
+    }
+    media.interiors.push_back({flat.kinds[kind].visibility, side->second, names.ofKind[kind]});
+    boundaries.push_back({meshes[shape], k});
+  }
+}
+
+// Whether shadow rays and those of paths know of other media.
+bool areShadowsOthers(const shade::SpaceMedia& media) {
+  constexpr uint32_t kShadows = trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+  const auto differs = [](uint32_t visibility) {
+    return !(visibility & trace::kSeenByIndirect) != !(visibility & kShadows);
+  };
+  return std::any_of(
+             media.media.begin(), media.media.end(),
+             [&](const shade::SpaceMedium& m) { return differs(m.visibility) || differs(m.visibilityInside); }) ||
+         std::any_of(media.interiors.begin(), media.interiors.end(),
+                     [&](const shade::SpaceInterior& x) { return differs(x.visibility); });
+}
+
+// The hierarchy of boundaries, but for the few that are boxes. By number: of media, and behind them of interiors.
+void setBoundaries(shade::SpaceMedia& media, const FlatScene& flat, std::vector<Boundary> boundaries,
                    const CameraState& camera) {
   std::vector<trace::ShapeInput> shapes;
   std::vector<trace::PartInput> parts;
   std::vector<trace::PlacementInput> placements;
   // many boxes are found faster by a hierarchy
   if (media.boxes.size() > shade::SpaceMedia::kMostBoxes) media.boxes.clear();
-  for (uint32_t index = 0; index < media.media.size(); ++index) {
+  for (uint32_t index = 0; index < boundaries.size(); ++index) {
     if (std::find(media.boxes.begin(), media.boxes.end(), index) != media.boxes.end()) continue;
     media.ofBoundary.push_back(index);
     trace::PartInput part;
@@ -109,12 +180,12 @@ void setBoundaries(shade::SpaceMedia& media, const FlatScene& flat,
     part.shapes = {uint32_t(shapes.size())};
     trace::PlacementInput place;
     place.part = uint32_t(parts.size());
-    place.toRender = flat.toRender(placementOf[index]);
+    place.toRender = flat.toRender(boundaries[index].placement);
     placements.push_back(std::move(place));
     parts.push_back(part);
     trace::ShapeInput input;
     input.key = index + 1;
-    input.mesh = std::move(boundaryOf[index]);
+    input.mesh = std::move(boundaries[index].mesh);
     shapes.push_back(std::move(input));
   }
   trace::BuildOptions options;
@@ -195,11 +266,11 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::map<const geometry::Mesh*, uint32_t> geometryOf;
   for (uint32_t g = 0; g < world.world->geometryCount(); ++g) geometryOf.emplace(&world.world->mesh(g), g);
 
-  std::vector<std::shared_ptr<geometry::Mesh>> boundaryOf;  // by medium
-  std::vector<uint32_t> placementOf;
+  std::vector<Boundary> boundaries;  // by medium
   std::vector<float> filterWidths;
   std::set<const geometry::Mesh*> looked;  // whether they are open
-  Aggregates aggregates(tools.aggregates, interiorsOf(*world.materials));
+  InteriorNames interiors(*flat, tools.volumes.registry, diagnostics);
+  Aggregates aggregates(tools.aggregates, interiors.all);
   for (const uint32_t k : filled) {
     const uint32_t kind = flat->placements[k].kind, shape = flat->kinds[kind].shape;
     const scene::Primitive& p = *flat->shapes[shape].primitive;
@@ -217,22 +288,19 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
                           "it is left out", "a medium in a closed mesh of the solid's shape");
       continue;
     }
-    if (looked.insert(&mesh).second && !isClosed(mesh))
-      diagnostics.warning("MEDIUM-OPEN", p.pos, "'" + p.name() + "' is open: its surface encloses no space",
-                          "where a ray meets it once, the medium begins or ends there",
-                          "a mesh without holes, of one primitive");
+    if (looked.insert(&mesh).second && !isClosed(mesh)) warnOfOpen(p, diagnostics);
     std::string name = flat->nameOf(k);
     if (name.empty()) name = p.name();
-    const uint32_t visibility = aggregates.visibilityOf(flat->attributes[kind], flat->kinds[kind].visibility, name);
-    if (!visibility) continue;
+    AggregateSight sight = aggregates.sightOf(flat->attributes[kind], flat->kinds[kind].visibility, name);
+    if (!(sight.everywhere | sight.inside)) continue;
     const uint32_t index = uint32_t(media->media.size());
     shade::SpaceMedium& m = media->media.emplace_back();
     m.name = std::move(name);
     m.instance = instance->second;
     m.geometry = geometry->second;
-    m.visibility = visibility;
-    constexpr uint32_t kShadows = trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
-    media->areShadowsOthers |= !(visibility & trace::kSeenByIndirect) != !(visibility & kShadows);
+    m.visibility = sight.everywhere;
+    m.visibilityInside = sight.inside;
+    m.insideOf = std::move(sight.insideOf);
     m.side = signedVolume(mesh) < 0 ? -1.f : 1.f;
     const uint32_t material = world.placements[kind].material;
     const shade::Program& program = world.materials->program((*world.materials)[material].program);
@@ -268,13 +336,14 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     makeBoundCells(m);
     media->ofInstance.emplace(m.instance, index);
 
-    boundaryOf.push_back(std::move(boundary));
-    placementOf.push_back(k);
+    boundaries.push_back({std::move(boundary), k});
     if (world.world->instance(m.instance).keyCount < 2 && isBox(mesh)) media->boxes.push_back(index);
   }
   aggregates.tell(diagnostics);
   if (media->media.empty()) return nullptr;
-  setBoundaries(*media, *flat, std::move(boundaryOf), placementOf, tools.volumes.camera);
+  findInteriors(*flat, meshes, interiors, *media, boundaries, diagnostics);
+  media->areShadowsOthers = areShadowsOthers(*media);
+  setBoundaries(*media, *flat, std::move(boundaries), tools.volumes.camera);
   media->areEven =
       std::all_of(media->media.begin(), media->media.end(), [](const shade::SpaceMedium& m) { return m.isEven(); });
   made_ = media;

@@ -1,8 +1,11 @@
 #include "render/volume_aggregates.h"
 
+#include <kinora/bxdf.h>
+
 #include <algorithm>
 
 #include "render/world_lights.h"
+#include "shade/material.h"
 #include "trace/world.h"
 
 namespace kinora::render {
@@ -10,6 +13,7 @@ namespace kinora::render {
 namespace {
 
 constexpr const char* kGlobal = "globalVolumeAggregate";  // that of objects which name none
+constexpr const char* kInside = "volumeAggregateName";    // parameter of surfaces
 
 bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -51,9 +55,31 @@ AggregateChoice aggregatesOf(const Descriptor& integrator, const scene::Node* no
   return choice;
 }
 
-uint32_t Aggregates::visibilityOf(const scene::Attributes* attributes, uint32_t visibility,
-                                  const std::string& object) {
-  if (!choice_.isMade) return visibility;
+std::vector<std::string> aggregatesInside(const scene::Attributes* attributes, Registry& registry,
+                                          Diagnostics& diagnostics) {
+  if (!attributes || !attributes->bxdf || !attributes->bxdf->terminal) return {};
+  const scene::Node& node = *attributes->bxdf->terminal;
+  const Descriptor* plugin = registry.find(Kind::Bxdf, node.plugin, diagnostics, node.pos);
+  const auto* traits = plugin ? static_cast<const BxdfTraits*>(plugin->traits) : nullptr;
+  if (!traits || !traits->enclosesMedium) return {};
+  std::vector<std::string> names;
+  for (uint32_t k = 0; k < plugin->paramCount; ++k) {
+    const Param& p = plugin->params[k];
+    if (p.type != Type::String || std::string_view(p.name) != kInside) continue;
+    const scene::Parameter* said = node.params.find(p.name);
+    if (!said && p.text) names = groupNames(p.text);
+    for (size_t i = 0; said && i < said->strings.size(); ++i)
+      for (const std::string& n : groupNames(said->strings[i])) add(names, n);
+  }
+  if (names.empty()) return {};
+  Diagnostics quiet([](const std::string&, Severity) {});  // the material says it all once more
+  const shade::ResolvedParams values(*plugin, &node, quiet);
+  return traits->enclosesMedium(values.values(), values.count()) ? names : std::vector<std::string>();
+}
+
+AggregateSight Aggregates::sightOf(const scene::Attributes* attributes, uint32_t visibility,
+                                   const std::string& object) {
+  if (!choice_.isMade && interiors_.empty()) return {visibility, 0, {}};
   const scene::Parameter* said = attributes ? attributes->named.find("volume:aggregate") : nullptr;
   std::vector<std::string> own;
   if (said)
@@ -61,28 +87,41 @@ uint32_t Aggregates::visibilityOf(const scene::Attributes* attributes, uint32_t 
       for (const std::string& name : groupNames(text)) add(own, name);
   else
     own.push_back(kGlobal);
-  if (own.empty()) return visibility;  // in none: a medium on its own
+  if (own.empty()) return {visibility, 0, {}};  // in none: a medium on its own
   for (const std::string& name : own) add(met_, name);
   const auto isIn = [&](const std::vector<std::string>& names) {
     // files of when no object was in an aggregate unless it said so ask for none
     return names.empty() ? !said
                          : std::any_of(own.begin(), own.end(), [&](const std::string& n) { return has(names, n); });
   };
-  uint32_t asked = 0;
-  if (!interiors_.empty() && isIn(interiors_)) asked = ~0u;
-  if (isIn(choice_.camera)) asked |= trace::kSeenByCamera;
-  if (isIn(choice_.indirect)) asked |= trace::kSeenByIndirect;
-  if (isIn(choice_.transmission)) asked |= trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
-  if (!asked) {
+  AggregateSight sight;
+  for (uint32_t k = 0; k < interiors_.size(); ++k)
+    if (has(own, interiors_[k])) sight.insideOf.push_back(k);
+  if (!sight.insideOf.empty()) sight.inside = ~0u;
+  uint32_t& asked = sight.everywhere;
+  if (!choice_.isMade) {
+    // who asks for nothing by name knows all but what is some surface's alone
+    if (sight.insideOf.size() < own.size() || has(own, kGlobal)) asked = ~0u;
+  } else {
+    if (isIn(choice_.camera)) asked |= trace::kSeenByCamera;
+    if (isIn(choice_.indirect)) asked |= trace::kSeenByIndirect;
+    if (isIn(choice_.transmission)) asked |= trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+  }
+  if (!asked && !sight.inside) {
     for (const std::string& name : own) add(unseen_, name);
     if (++unseenCount_ <= 3) firstUnseen_.push_back(object);
   }
   const bool respects = !attributes || attributes->getInt("volume:aggregaterespectvisibility", 1);
-  return respects ? asked & visibility : asked;
+  if (respects) {
+    sight.everywhere &= visibility;
+    sight.inside &= visibility;
+  }
+  sight.inside &= ~sight.everywhere;
+  return sight;
 }
 
 void Aggregates::tell(Diagnostics& diagnostics) const {
-  if (!choice_.isMade) return;
+  if (!choice_.isMade && interiors_.empty()) return;
   std::vector<std::string> unknown;
   for (const auto* names : {&choice_.camera, &choice_.indirect, &choice_.transmission, &interiors_})
     for (const std::string& name : *names)

@@ -200,8 +200,10 @@ void WorldBuilder::flattenScene(const scene::Scene& scene, const std::set<uint32
                           {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize,
                            camera_.middle(), camera_.worldToCamera}};
   if (flat_ && flat_->isOf(scene, space, emitters)) return;
-  const auto isMedium = [&](const scene::Attributes* a) { return fillsSpace(a, registry_, diagnostics_); };
-  flat_ = flatten(scene, space, emitters, isMedium, settings_.stop, diagnostics_);
+  const auto boundsMedia = [&](const scene::Attributes* a) {
+    return fillsSpace(a, registry_, diagnostics_) || !aggregatesInside(a, registry_, diagnostics_).empty();
+  };
+  flat_ = flatten(scene, space, emitters, boundsMedia, settings_.stop, diagnostics_);
   ++rebuilt.flattened;
 }
 
@@ -303,7 +305,7 @@ void WorldBuilder::findCells(std::map<uint32_t, std::vector<Imath::Box3d>>& ofIn
       if (flat_->memberOf(k).solid != trace::kNoSolid || !flat_->stillToRender(k, m)) return;
       for (const uint32_t s : flat_->parts[flat_->partOf(k)].shapes) {
         const geometry::Mesh& mesh = *shapes[s].mesh;
-        if (shapes[s].user || mesh.isStrand() || mesh.keyCount() > 1 || flat_->shapes[s].isMedium) return;
+        if (shapes[s].user || mesh.isStrand() || mesh.keyCount() > 1 || flat_->shapes[s].boundsMedia) return;
         const scene::Matrix toRender = scene::Matrix().setTranslation(mesh.origin) * m;
         for (size_t i = 0; i < mesh.indices.size(); i += step) {
           Imath::Box3f box;

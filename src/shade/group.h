@@ -345,6 +345,7 @@ class GroupState {
   void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
   void crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
   void crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
+  void cutOff(uint32_t visibility);
   static void setPathOf(const RayList& list, Track& t);
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
   const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
@@ -386,7 +387,7 @@ class GroupState {
   ShaderTextures shaderTextures_;
   bool probing_ = false;  // the rays of a pattern are on their way
   std::vector<trace::World::CollectedHit> collected_;
-  std::vector<MediumCrossing> crossings_, crossingsTowards_;
+  std::vector<MediumCrossing> crossings_, crossingsTowards_, cut_;
   struct WayStep {  // see MediumWays
     uint32_t entry;
     float from, to, factor[3];

@@ -45,7 +45,8 @@ uint32_t advanceAll(MediumTracks& tracks, uint32_t m, uint32_t* open, uint64_t& 
 }  // namespace
 
 // All crossings of the listed rays (by number in the list) into crossings_, ray by ray in order of distance, whatever
-// the rays hit: who is inside a medium where he begins sees that by the way out.
+// the rays hit: who is inside a medium where he begins sees that by the way out. A medium that is seen inside surfaces
+// only is entered and left where these are, too.
 void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
   crossings_.clear();
   crossBoxes(rays, n, entries, visibility);
@@ -55,6 +56,7 @@ void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* ent
   };
   if (!std::is_sorted(crossings_.begin(), crossings_.end(), isBefore))
     std::stable_sort(crossings_.begin(), crossings_.end(), isBefore);
+  if (world_.space->nameCount) cutOff(visibility);
 }
 
 void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
@@ -64,7 +66,7 @@ void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entrie
   uint32_t medium[SpaceMedia::kMostBoxes], count = 0;
   for (const uint32_t at : space.boxes) {
     const SpaceMedium& m = space.media[at];
-    if (!(m.visibility & visibility)) continue;
+    if (!(space.visibilityOf(at) & visibility)) continue;
     float *begin = arena_.make<float>(padded(n)), *end = arena_.make<float>(padded(n));
     BoxCrossingArgs args{rays.o, rays.d, n, entries, toObject(m.instance, m.geometry, 0), {}, {}, begin, end};
     m.findReach(args.low, args.high);
@@ -110,9 +112,8 @@ void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* e
       for (uint32_t k = 0; k < found; ++k) {
         const uint32_t ray = collected_[k].slot, instance = hits.hits.instance[k],
                        at = space.ofBoundary[boundaries.instance(instance).user];
-        const SpaceMedium& medium = space.media[at];
         list.hits.t[ray] = collected_[k].t;
-        if (!(medium.visibility & visibility)) continue;
+        if (!(space.visibilityOf(at) & visibility)) continue;
         if (instance != last) {
           toLast = boundaries.objectToRender(instance, list.rays.time[ray]).inverse();
           last = boundaries.instance(instance).keyCount < 2 ? instance : ~0u;
@@ -123,7 +124,7 @@ void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* e
           for (int c = 0; c < 3; ++c) d += toLast.m[r][c] * list.rays.d[c][ray];
           out += d * hits.hits.ng[r][k];
         }
-        crossings_.push_back({ray, passed[ray] + collected_[k].t, at, out * medium.side < 0});
+        crossings_.push_back({ray, passed[ray] + collected_[k].t, at, out * space.sideOf(at) < 0});
       }
     }
     uint32_t going = 0;
@@ -133,6 +134,101 @@ void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* e
     m = going;
   }
   counters.endlessRays += m;
+}
+
+// Of the crossings that were found those of interiors go, and those of media that rays of these kinds see only inside of
+// them become the ends of what both have in common. Of surfaces that overlap, or pass through themselves, each part
+// counts: a ray is inside until it has left as many as it has entered.
+void GroupState::cutOff(uint32_t visibility) {
+  const SpaceMedia& space = *world_.space;
+  const ArenaScope memory(arena_);
+  const uint32_t media = uint32_t(space.media.size()), all = media + uint32_t(space.interiors.size());
+  const size_t count = crossings_.size();
+  uint32_t *depth = arena_.make<uint32_t>(all), *askedFor = arena_.make<uint32_t>(space.nameCount),
+           *around = arena_.make<uint32_t>(media), aroundCount = 0;
+  bool *isThere = arena_.make<bool>(media), *isIgnored = arena_.make<bool>(count + 1);
+  std::fill_n(depth, all, 0u);
+  std::fill_n(askedFor, space.nameCount, 0u);
+  std::fill_n(isThere, media, false);
+  std::fill_n(isIgnored, count + 1, false);
+  const auto isEverywhere = [&](uint32_t number) {
+    return number < media && space.media[number].visibility & visibility;
+  };
+  const auto isAskedFor = [&](uint32_t medium) {
+    const std::vector<uint32_t>& names = space.media[medium].insideOf;
+    return std::any_of(names.begin(), names.end(), [&](uint32_t name) { return askedFor[name] > 0; });
+  };
+  const auto countIn = [&](uint32_t interior, uint32_t by) {
+    for (const uint32_t name : space.interiors[interior - media].names) askedFor[name] += by;
+  };
+  constexpr uint32_t kMinusOne = ~0u;
+  constexpr float kSamePlace = 4e-6f;
+  cut_.clear();
+  for (size_t first = 0, last = 0; first < count; first = last) {
+    const uint32_t ray = crossings_[first].ray;
+    bool isPlain = true;
+    for (; last < count && crossings_[last].ray == ray; ++last) isPlain &= isEverywhere(crossings_[last].medium);
+    if (isPlain) {
+      cut_.insert(cut_.end(), crossings_.begin() + long(first), crossings_.begin() + long(last));
+      continue;
+    }
+    // From the far end: what is left without having been entered was around the ray from the beginning, and what is
+    // entered without being left, through a hole in its surface, is not entered. Rays leave once where they meet an edge
+    // of two triangles.
+    for (size_t k = last; k-- > first;) {
+      const MediumCrossing& c = crossings_[k];
+      for (size_t before = k; !c.enters && before-- > first && c.t - crossings_[before].t <= kSamePlace * c.t;)
+        isIgnored[k] |= crossings_[before].medium == c.medium && !crossings_[before].enters;
+      if (isIgnored[k]) continue;
+      if (!c.enters)
+        ++depth[c.medium];
+      else if (depth[c.medium] > 0)
+        --depth[c.medium];
+      else
+        isIgnored[k] = true;
+    }
+    for (size_t k = first; k < last; ++k) {
+      const uint32_t number = crossings_[k].medium;
+      const bool isFirst = std::none_of(crossings_.begin() + long(first), crossings_.begin() + long(k),
+                                        [&](const MediumCrossing& x) { return x.medium == number; });
+      if (!isFirst || !depth[number] || isEverywhere(number)) continue;
+      if (number < media)
+        around[aroundCount++] = number;
+      else
+        countIn(number, 1);
+    }
+    for (uint32_t k = 0; k < aroundCount; ++k) isThere[around[k]] = isAskedFor(around[k]);
+    for (size_t k = first; k < last; ++k) {
+      const MediumCrossing& c = crossings_[k];
+      const uint32_t number = c.medium;
+      if (isEverywhere(number)) {
+        cut_.push_back(c);
+        continue;
+      }
+      if (isIgnored[k]) continue;
+      depth[number] += c.enters ? 1 : kMinusOne;
+      if (depth[number] != (c.enters ? 1u : 0u)) continue;  // another part of it is around all the same
+      const auto change = [&](uint32_t medium, bool isNow) {
+        if (isThere[medium] == isNow) return;
+        isThere[medium] = isNow;
+        cut_.push_back({ray, c.t, medium, isNow});
+      };
+      if (number >= media) {
+        countIn(number, c.enters ? 1 : kMinusOne);
+        for (uint32_t i = 0; i < aroundCount; ++i) change(around[i], isAskedFor(around[i]));
+      } else if (c.enters) {
+        around[aroundCount++] = number;
+        change(number, isAskedFor(number));
+      } else {
+        change(number, false);
+        *std::find(around, around + aroundCount, number) = around[aroundCount - 1];
+        --aroundCount;
+      }
+    }
+    // all that was entered is left by now, but what is everywhere was not counted
+    for (size_t k = first; k < last; ++k) depth[crossings_[k].medium] = 0;
+  }
+  crossings_.swap(cut_);
 }
 
 trace::Affine GroupState::toObject(uint32_t instance, uint32_t geometry, float time) const {

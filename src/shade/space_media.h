@@ -18,8 +18,11 @@ namespace kinora::shade {
 
 struct SpaceMedium {
   uint32_t instance = 0, geometry = 0;  // in the world that rays see, where nothing sees it
-  uint32_t visibility = 15;             // trace::VisibilityBits: rays of other kinds do not know of it
-  float side = 1;                       // -1: the normals of its boundary point inward
+  // trace::VisibilityBits: rays of these kinds know of it wherever they meet it; those of other kinds only inside
+  // interiors that are seen by them, where these and it have a name in common.
+  uint32_t visibility = 15, visibilityInside = 0;
+  std::vector<uint32_t> insideOf;  // names
+  float side = 1;                  // -1: the normals of its boundary point inward
   bool mayEmit = false;
   // Extinction by render unit, where it is known without shading: factor, times fields of object space if any.
   bool isProduct = false;
@@ -83,11 +86,23 @@ struct SpaceMedium {
   float similarity(uint32_t bounces) const;
 };
 
+// What is inside a surface that has media there, and cuts them off.
+struct SpaceInterior {
+  uint32_t visibility = 15;  // trace::VisibilityBits of the surface: rays of other kinds never enter
+  float side = 1;            // as SpaceMedium::side
+  std::vector<uint32_t> names;
+};
+
 struct SpaceMedia {
   std::vector<SpaceMedium> media;
+  std::vector<SpaceInterior> interiors;
+  // Of SpaceMedium::insideOf and SpaceInterior::names. 0: there is no medium that some rays see inside of interiors only,
+  // and no interior.
+  uint32_t nameCount = 0;
   std::unordered_map<uint32_t, uint32_t> ofInstance;  // SpaceMedium::instance -> index
-  // Of media whose boundaries are boxes that stand still, where these are few: their numbers. Those of the others are
-  // in a world, whose Instance::user is a number in `ofBoundary`; null: there are no others.
+  // Of media whose boundaries are boxes that stand still, where these are few: their numbers. Those of the others and of
+  // interiors are in a world, whose Instance::user is a number in `ofBoundary`; null: there are no others. Numbers of
+  // interiors are those behind the media's.
   static constexpr uint32_t kMostBoxes = 8;
   std::vector<uint32_t> boxes, ofBoundary;
   std::shared_ptr<const trace::World> boundaries;
@@ -96,12 +111,21 @@ struct SpaceMedia {
   bool areShadowsOthers = false;  // some medium is known to shadow rays alone, or to the rays of paths alone
   bool isSimilar = false;         // some medium's extinction depends on how often light was scattered
   uint64_t serial = 0;            // each has its own, in a run of the program
+
+  // Of what is bounded, by number.
+  uint32_t visibilityOf(uint32_t number) const {
+    if (number >= media.size()) return interiors[number - media.size()].visibility;
+    return media[number].visibility | media[number].visibilityInside;
+  }
+  float sideOf(uint32_t number) const {
+    return number < media.size() ? media[number].side : interiors[number - media.size()].side;
+  }
 };
 
 // Makes an entry's hit the point of a medium at that distance.
 void setMediumHit(const Hits& hits, uint32_t entry, const SpaceMedium& medium, float t);
 
-// Where a ray crosses the boundary of a medium.
+// Where a ray crosses the boundary of a medium. While they are looked for: or of an interior.
 struct MediumCrossing {
   uint32_t ray;
   float t;

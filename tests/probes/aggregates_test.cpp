@@ -102,17 +102,28 @@ TEST(Aggregates, KindsOfRaysMayAskForOthers) {
           .bits == rendered(low("")).bits);
 }
 
-// Surfaces that have an aggregate for their inside ask for it.
+// Surfaces that have an aggregate for their inside ask for it there, and cut it off: the same picture as with a volume of
+// the surface's shape, for every integrator.
 TEST(Aggregates, SurfacesAskForTheirInside) {
-  const auto glass = [](const char* name) {
+  const std::string ball = "Translate -0.6 0.5 0.8\n    Sphere 0.4 -0.4 0.4 360\n";
+  const auto glass = [&](const char* name) {
     return std::string(
                "  AttributeBegin\n    Bxdf \"PxrSurface\" \"g\" \"float diffuseGain\" [0] \"float "
-               "refractionGain\" [1] \"string volumeAggregateName\" [\"") +
-           name + "\"]\n    Translate -0.6 0.5 0.8\n    Sphere 0.4 -0.4 0.4 360\n  AttributeEnd\n";
+               "refractionGain\" [1] \"float reflectionGain\" [1] \"float glassIor\" [1.3] \"string "
+               "volumeAggregateName\" [\"") +
+           name + "\"]\n    " + ball + "  AttributeEnd\n";
   };
-  const std::string in = low(aggregate("mist"));
-  EXPECT_TRUE(rendered(glass("mist") + in).bits == rendered(glass("") + low("")).bits);
-  EXPECT_FALSE(rendered(glass("mist") + in).bits == rendered(glass("") + in).bits);
+  const std::string material = "Bxdf \"PxrVolume\" \"fog\" \"float densityFloat\" [1.2] \"int multiScatter\" [1]\n",
+                    in = low(aggregate("mist")),
+                    whole = "  AttributeBegin\n    " + material + "    " + ball + "  AttributeEnd\n";
+  for (const char* integrator : {"PxrPathTracer", "PxrVCM", "PxrUnified", "PxrDirectLighting"}) {
+    const Rendered cut = rendered(glass("mist") + in, {}, integrator);
+    EXPECT_TRUE(cut.bits == rendered(glass("") + whole, {}, integrator).bits) << integrator;
+    EXPECT_FALSE(cut.bits == rendered(glass(""), {}, integrator).bits) << integrator;
+    EXPECT_EQ(cut.said, "");
+  }
+  // what is asked for as well is everywhere
+  EXPECT_TRUE(rendered(glass("mist") + in, asking("mist")).bits == rendered(glass("") + low("")).bits);
 }
 
 TEST(Aggregates, NamesAskedForInVainAreToldOnce) {

@@ -300,8 +300,9 @@ constexpr Param kParams[] = {
     param::integer("ignoreAccumOpacity", 0).range(0, 1).help(PXRSURFACE_LATER "Opacity met so far does not count."),
     param::integer("blocksVolumes", 0).range(0, 1).help(PXRSURFACE_LATER "Volumes end at this surface."),
     param::string("volumeAggregateName", "")
-        .help("Volumes that are inside: those in the aggregate of this name are there, whatever the integrator asks "
-              "for; they are not cut off where the surface ends."),
+        .help("Volumes that are inside: rays know of those in the aggregates of these names, with blanks between "
+              "them, while they are inside the surface, whatever the integrator asks for elsewhere. Where "
+              "refractionGain is on and thinGlass off."),
     param::color("ssAlbedo", 0.f)
         .help("Share of the extinction that is scattered, not absorbed: where it is set the inside of glass is a "
               "medium, as "
