@@ -430,7 +430,9 @@ constexpr Explanation kRooms[] = {
      "it, "
      "or \"dice\" \"float micropolygonlength\" is very small. Its micropolygons are longer than asked for, by what "
      "the "
-     "message says, and relief smaller than they are is lost. What lies far outside a view without perspective is "
+     "message says, and relief smaller than they are is lost. A surface that is diced where rays ask and has no "
+     "displacementbound is diced all over once: 200 million triangles at most. What lies far outside a view without "
+     "perspective is "
      "cut "
      "less the farther it is, and far from the eye in others, so that size alone is no reason."},
     {"DISPLACEMENT-LEVELS",

@@ -61,6 +61,8 @@ bool hasOuterLengths(const scene::Network& network, const scene::Scene& scene) {
 // many triangles a patch: of cages that are fine to begin with no coarser grids could be made.
 constexpr double kStepsOfPatch = 64;
 constexpr uint64_t kLeastOfPatch = 128;
+// All of a surface without a bound is diced once to find out where it is: no more than this.
+constexpr uint64_t kMostWithoutBound = 200'000'000;
 // Where levels are asked for: of patches that are single micropolygons the boxes overlap, and rays look into many.
 constexpr uint64_t kLeastOfPatchAsked = 3;
 
@@ -380,7 +382,8 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   if (!isDiced)
     if (std::optional<geometry::Mesh> even = geometry::graded(mesh, rate)) mesh = std::move(*even);
   if (!isDiced || mesh.triangleCount() > rate.maxTriangles / 4)
-    tellOfCoarse(shape, trianglesOf(mesh, rate), rate.maxTriangles);
+    if (const double wanted = trianglesOf(mesh, rate); wanted > 4.0 * rate.maxTriangles)
+      tellOfCoarse(shape, wanted, rate.maxTriangles);
   if (!isDiced || !isByVertex) {
     geometry::DiceRate asItIs;
     mesh = geometry::refined(mesh, isDiced ? asItIs : rate);
@@ -411,15 +414,14 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
 }
 
 void Displacement::tellOfCoarse(size_t shape, double wanted, double made) const {
-  if (!(wanted > 4 * made)) return;
   const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
   tools_->diagnostics.warning("DISPLACEMENT-COARSE", node.pos,
                               "displacement '" + node.handle + "' of " + flat_->shapes[shape].primitive->name() +
                                   " asks for " + numberText(wanted) + " triangles of micropolygons, and at most " +
                                   numberText(made) + " are made",
                               "they are " + numberText(std::sqrt(wanted / made)) + " times as long as they should be",
-                              "a greater Attribute \"dice\" \"float micropolygonlength\" says what is wanted; leave "
-                              "out what is not seen of the object, or cut it into several");
+                              "a greater Attribute \"dice\" \"float micropolygonlength\" says what is wanted; with a "
+                              "displacementbound and levels more are made; or leave out what is not seen of it");
 }
 
 double Displacement::boundOf(size_t shape, std::string& space, double& scale) const {
@@ -476,10 +478,22 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   // makers of grids do not follow rates that differ so much over one of theirs
   const bool isNeeded = isAsked || (even && isDicedByMaker(p));
   if (!isNeeded && wanted < double(rate.maxTriangles)) return nullptr;
-  geometry::DiceRate coarse = rate;
-  coarse.edgeLength = [&](const Imath::V3d& p) { return kStepsOfPatch * rate.at(p); };
-  const auto patches = std::make_shared<geometry::Patches>(geometry::refined(base, coarse), rate);
-  const uint64_t triangles = patches->triangles();
+  std::string space;
+  double scale = 1;
+  const double bound = boundOf(shape, space, scale);
+  double longer = 1;  // than asked for
+  geometry::DiceRate finest = rate, coarse = rate;
+  finest.edgeLength = [&](const Imath::V3d& p) { return longer * rate.at(p); };
+  coarse.edgeLength = [&](const Imath::V3d& p) { return kStepsOfPatch * longer * rate.at(p); };
+  std::shared_ptr<geometry::Patches> patches;
+  uint64_t triangles = 0, asked = 0;
+  for (;;) {
+    patches = std::make_shared<geometry::Patches>(geometry::refined(base, coarse), finest);
+    triangles = patches->triangles();
+    asked = std::max(asked, triangles);
+    if (bound > 0 || triangles <= kMostWithoutBound || patches->count() >= triangles || longer > 1e6) break;
+    longer *= std::max(1.5, std::sqrt(double(triangles) / double(kMostWithoutBound)));
+  }
   if (!isNeeded && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;
   if (triangles < kLeastOfPatchAsked * patches->count()) {
     if (isAsked)
@@ -487,7 +501,8 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
                                p.name() + " is diced at once: its patches are hardly larger than micropolygons");
     return nullptr;
   }
-  tellOfCoarse(shape, wanted, double(triangles));
+  if (longer > 1 || wanted > 4 * double(triangles))
+    tellOfCoarse(shape, std::max(wanted, double(asked)), double(triangles));
   const scene::Node& node = *flat_->shapes[shape].attributes->displacement->terminal;
   LevelledSurface::Setup setup;
   setup.patches = patches;
@@ -499,9 +514,6 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   setup.displacement = node.handle;
   setup.pos = node.pos;
   setup.toRender = float(scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle())));
-  std::string space;
-  double scale = 1;
-  const double bound = boundOf(shape, space, scale);
   if (bound > 0 && scale > 0) setup.bound = bound / scale;
   setup.pixels = float(pixels);
   setup.stop = stop;
