@@ -14,10 +14,10 @@ namespace kinora::render {
 
 namespace {
 
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kCheckpointVersion = 1;
 
 // What the classes of adaptive.h show of themselves, value by value.
-class Writer {
+class StateWriter {
  public:
   template <class T>
   void operator()(const T& value) {
@@ -33,9 +33,9 @@ class Writer {
 };
 
 // Takes vectors of the sizes alone that are there: those of the frame's window.
-class Reader {
+class StateReader {
  public:
-  explicit Reader(const std::string& bytes) : bytes_(bytes) {}
+  explicit StateReader(const std::string& bytes) : bytes_(bytes) {}
   template <class T>
   void operator()(T& value) {
     take(&value, sizeof value);
@@ -62,11 +62,11 @@ class Reader {
 };
 
 // version, size, packed: sums of blocks are mostly small numbers
-std::string pack(const std::string& bytes) {
+std::string packed(const std::string& bytes) {
   uLongf size = compressBound(uLong(bytes.size()));
   std::string out(16 + size, '\0');
   const uint64_t plain = bytes.size();
-  std::memcpy(out.data(), &kVersion, sizeof kVersion);
+  std::memcpy(out.data(), &kCheckpointVersion, sizeof kCheckpointVersion);
   std::memcpy(out.data() + 8, &plain, sizeof plain);
   compress2(reinterpret_cast<Bytef*>(out.data() + 16), &size, reinterpret_cast<const Bytef*>(bytes.data()),
             uLong(bytes.size()), 1);
@@ -75,17 +75,17 @@ std::string pack(const std::string& bytes) {
 }
 
 // `most`: bytes that can be meant.
-std::optional<std::string> unpack(const std::string& packed, uint64_t most) {
+std::optional<std::string> unpacked(const std::string& from, uint64_t most) {
   uint32_t version = 0;
   uint64_t plain = 0;
-  if (packed.size() < 16) return std::nullopt;
-  std::memcpy(&version, packed.data(), sizeof version);
-  std::memcpy(&plain, packed.data() + 8, sizeof plain);
-  if (version != kVersion || plain > most) return std::nullopt;
+  if (from.size() < 16) return std::nullopt;
+  std::memcpy(&version, from.data(), sizeof version);
+  std::memcpy(&plain, from.data() + 8, sizeof plain);
+  if (version != kCheckpointVersion || plain > most) return std::nullopt;
   std::string out(plain, '\0');
   uLongf size = uLongf(plain);
-  if (uncompress(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(packed.data() + 16),
-                 uLong(packed.size() - 16)) != Z_OK ||
+  if (uncompress(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(from.data() + 16),
+                 uLong(from.size() - 16)) != Z_OK ||
       size != plain)
     return std::nullopt;
   return out;
@@ -119,7 +119,7 @@ void exchange(Archive& archive, OneStanding& s, Active& active, Noise* noise, De
 }
 
 std::string plainProgressOf(const Sampled& s) {
-  Writer writer;
+  StateWriter writer;
   const Standing standing = standingOf(s);
   exchange(writer, standing, std::as_const(s.active), static_cast<const NoiseEstimate*>(s.noise),
            std::as_const(s.convergence));
@@ -127,19 +127,19 @@ std::string plainProgressOf(const Sampled& s) {
 }
 
 // What a checkpoint says of a frame, where that is this one, with these settings.
-struct Kept {
+struct KeptState {
   Standing standing;
   ActivePixels active;
   std::optional<NoiseEstimate> noise;
   Convergence convergence;
 };
-std::optional<Kept> readProgress(const std::string& packed, const Sampled& s) {
+std::optional<KeptState> readProgress(const std::string& bytes, const Sampled& s) {
   // as many bytes as this frame would write
-  const std::optional<std::string> plain = unpack(packed, plainProgressOf(s).size());
+  const std::optional<std::string> plain = unpacked(bytes, plainProgressOf(s).size());
   if (!plain) return std::nullopt;
-  Kept p{{}, s.active, std::nullopt, s.convergence};
+  KeptState p{{}, s.active, std::nullopt, s.convergence};
   if (s.noise) p.noise = *s.noise;
-  Reader reader(*plain);
+  StateReader reader(*plain);
   exchange(reader, p.standing, p.active, p.noise ? &*p.noise : nullptr, p.convergence);
   const Standing &there = p.standing, own = standingOf(s);
   if (!reader.isAtEnd() || there.first != own.first || there.stride != own.stride ||
@@ -191,7 +191,7 @@ void Checkpoints::recover(const Sampled& s, const film::ShardInfo& own, Diagnost
   film::Shard before;
   film::Status status = film::readShard(wanted_.file, before, s.film.bytes() + (uint64_t(1) << 20));
   if (status.ok()) status = film::isOfOneFrame(own, before.info);
-  std::optional<Kept> kept;
+  std::optional<KeptState> kept;
   if (status.ok() && !(kept = readProgress(before.info.progress, s)))
     status = film::Status::fail("RENDER-RECOVER", "it has other samples than are asked for");
   if (status.ok()) status = s.film.merge(*before.film);
@@ -235,7 +235,7 @@ bool Checkpoints::isDue(double seconds, bool isAsked) const {
 }
 
 void Checkpoints::write(const Sampled& s, film::ShardInfo info, double seconds, Diagnostics& diagnostics) {
-  info.progress = pack(plainProgressOf(s));
+  info.progress = packed(plainProgressOf(s));
   const film::Status status = film::writeShard(wanted_.file, s.film, info);
   secondsThen_ = seconds;
   passesThen_ = passes_;
