@@ -19,8 +19,6 @@ struct DiceRate {
   // Object-space length of one micropolygon edge near an object-space point: the finest over all uses of the
   // primitive, longer where nothing is on screen. Empty: every primitive gets its own least rate.
   std::function<double(const Imath::V3d&)> edgeLength;
-  // By how much the edge length changes at most, by the length of a way; 0: not known. And the least that it is anywhere.
-  double slope = 0, least = 0;
   // Most triangles that dicing may make of one primitive. A cage or polygon mesh that has more to begin with keeps
   // them.
   uint32_t maxTriangles = 4'000'000;
@@ -29,6 +27,8 @@ struct DiceRate {
   // The camera mirrors the world (det(worldToCamera) < 0). Only the orientations "lh" and "rh" depend on it.
   bool worldMirrored = false;
   double pixelsPerEdge = 1;  // how long an edge is on screen
+  // By how much the edge length changes at most, by the length of a way; 0: not known. And the least that it is anywhere.
+  double slope = 0, least = 0;
 
   // The edge length at p, or +infinity where the function is missing or gives nothing usable.
   double at(const Imath::V3d& p) const;
