@@ -23,11 +23,6 @@ Arguments with(Arguments a, const Arguments& more) {
   if (std::find(a.begin(), a.end(), "--progress") == a.end()) a.insert(a.end(), {"--progress", "none"});
   return a;
 }
-bool areSame(const Workplace& w, const std::string& a, const std::string& b) {
-  const Result r = w.run({"diff", a, b});
-  EXPECT_EQ(r.exitCode, 0) << a << " " << b << "\n" << r.out << r.err;
-  return r.out.find("identical in every bit") != std::string::npos;
-}
 
 struct Way {
   const char* name;

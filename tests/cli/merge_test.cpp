@@ -10,11 +10,6 @@
 namespace kinora::cli {
 namespace {
 
-bool areSame(const Workplace& w, const std::string& a, const std::string& b) {
-  const Result r = w.run({"diff", a, b});
-  EXPECT_EQ(r.exitCode, 0) << a << " " << b << "\n" << r.out << r.err;
-  return r.out.find("identical in every bit") != std::string::npos;
-}
 std::string bytesOf(const Workplace& w, const std::string& name) {
   std::ifstream in(w.path(name), std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};

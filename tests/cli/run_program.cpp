@@ -147,4 +147,10 @@ std::string rib(const SceneParts& p) {
          p.geometry + "\nAttributeEnd\nWorldEnd\n";
 }
 
+bool areSame(const Workplace& w, const std::string& a, const std::string& b) {
+  const Result r = w.run({"diff", a, b});
+  EXPECT_EQ(r.exitCode, 0) << a << " " << b << "\n" << r.out << r.err;
+  return r.out.find("identical in every bit") != std::string::npos;
+}
+
 }  // namespace kinora::cli

@@ -47,6 +47,9 @@ class Workplace {
   std::string folder_;
 };
 
+// Whether two pictures are: `kinora diff` says so of every bit. A failure where it finds more than its usual limits.
+bool areSame(const Workplace& w, const std::string& a, const std::string& b);
+
 // What a test scene is made of. Small: a frame takes a fraction of a second.
 struct SceneParts {
   std::string options;  // before the camera
