@@ -10,10 +10,6 @@ HWY_BEFORE_NAMESPACE();
 namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
-using light::ChooseArgs;
-using light::LightTree;
-using light::TreeNode;
-
 template <int W>
 void choose(const ChooseArgs& a) {
   using F = Float<W>;
