@@ -125,7 +125,7 @@ std::optional<std::string> readTexts(const Texts& texts, RenderOptions& out) {
     const auto every = render::parseCheckpointTime(texts.checkpoint.substr(0, comma));
     const auto exitAt = comma == std::string::npos ? render::CheckpointTime()
                                                    : render::parseCheckpointTime(texts.checkpoint.substr(comma + 1));
-    if (!every || !exitAt)
+    if (!every || !every->isSet() || !exitAt || (comma != std::string::npos && !exitAt->isSet()))
       return "--checkpoint '" + texts.checkpoint + "' is not INTERVAL[,EXITAT]: 30s, 5m, 1h, or passes as 16i";
     s.checkpoint.every = *every;
     s.checkpoint.exitAt = *exitAt;

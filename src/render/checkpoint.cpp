@@ -159,7 +159,7 @@ std::optional<CheckpointTime> parseCheckpointTime(std::string_view text) {
   const bool isPasses = unit == "i" || (unit.empty() && value < 0);
   const double scale = isPasses || unit == "s" || unit.empty() ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
   const double passes = std::fabs(value);
-  if (scale == 0 || value == 0 || (!isPasses && value < 0) || (isPasses && passes != std::floor(passes)))
+  if (scale == 0 || (!isPasses && value < 0) || (isPasses && passes != std::floor(passes)))
     return std::nullopt;
   return isPasses ? CheckpointTime{0, int(passes)} : CheckpointTime{value * scale, 0};
 }

@@ -188,12 +188,19 @@ TEST(Checkpoint, OptionsOfTheScene) {
   r = w.run({"scene.rib", "--progress", "none"});
   EXPECT_EQ(r.exitCode, 0);
   EXPECT_NE(r.err.find("warning RENDER-CHECKPOINT:"), std::string::npos) << r.err;
+  for (const char* never : {"", "0", "0s"}) {
+    parts.options = std::string("Option \"checkpoint\" \"string interval\" [\"") + never + "\"]";
+    w.write("scene.rib", rib(parts));
+    r = w.run({"scene.rib", "--progress", "none", "-o", "never.exr"});
+    EXPECT_EQ(r.exitCode, 0);
+    EXPECT_EQ(r.err.find("RENDER-CHECKPOINT"), std::string::npos) << never << r.err;
+  }
 }
 
 TEST(Checkpoint, TimesThatAreNoneAreRefused) {
   Workplace w;
   w.write("scene.rib", rib());
-  for (const char* text : {"0s", "soon", "1i,", ",1i", "1.5i", "5w", "1h,2h,3h", "nan", "-3s", "1e99"})
+  for (const char* text : {"0s", "0", "1h,0", "soon", "1i,", ",1i", "1.5i", "5w", "1h,2h,3h", "nan", "-3s", "1e99"})
     EXPECT_EQ(w.run({"scene.rib", "--checkpoint", text, "--progress", "none"}).exitCode, 2) << text;
   for (const char* text : {"30s", "5m", "0.5h", "1h,2h", "16i", "90"})
     EXPECT_EQ(w.run({"scene.rib", "--checkpoint", text, "--check"}).exitCode, 0) << text;
