@@ -19,6 +19,25 @@ namespace {
 
 constexpr double kSmoothNormals = 1 - 1e-5;  // cosine, as in displace.cpp
 
+// Sides that join smoothly are one piece. Each looks at all before it, and behind the first few hundred at the first of
+// each piece alone: of a pole, or of a surface that folds up into a point, millions may meet.
+template <class AreSmooth>
+void findPieces(Patches::Side* sides, uint32_t count, AreSmooth&& areSmooth) {
+  constexpr uint32_t kFew = 256;
+  uint32_t firsts[kFew], pieces = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    sides[i].piece = uint16_t(std::min(i, 65535u));
+    const uint32_t others = i < kFew ? i : pieces;
+    bool isJoined = false;
+    for (uint32_t k = 0; k < others && !isJoined; ++k) {
+      const uint32_t j = i < kFew ? k : firsts[k];
+      isJoined = areSmooth(i, j);
+      if (isJoined) sides[i].piece = sides[j].piece;
+    }
+    if (!isJoined && pieces < kFew) firsts[pieces++] = i;
+  }
+}
+
 }  // namespace
 
 Patches::Patches(Mesh mesh, const DiceRate& rate) : mesh_(std::make_shared<Mesh>(std::move(mesh))) {
@@ -123,18 +142,14 @@ void Patches::findEdges(const DiceRate& rate) {
     return s.isReversed ? std::pair{b, a} : std::pair{a, b};
   };
   for (size_t e = 0; e + 1 < edges_.size(); ++e) {
-    const uint32_t first = edges_[e].firstSide, last = edges_[e + 1].firstSide;
-    for (uint32_t i = first; i < last; ++i) {
-      const auto [a, b] = ends(edgeSides_[i]);
-      edgeSides_[i].piece = uint16_t(i - first);
-      for (uint32_t j = first; j < i; ++j) {
-        const auto [c, d] = ends(edgeSides_[j]);
-        if (!isSmooth(a, c) || !isSmooth(b, d)) continue;
-        edgeSides_[i].piece = edgeSides_[j].piece;
-        break;
-      }
-      edges_[e].isJoined |= ends(edgeSides_[i]) != ends(edgeSides_[first]);
-    }
+    Side* const sides = edgeSides_.data() + edges_[e].firstSide;
+    const uint32_t sideCount = edges_[e + 1].firstSide - edges_[e].firstSide;
+    findPieces(sides, sideCount, [&](uint32_t i, uint32_t j) {
+      const auto [a, b] = ends(sides[i]);
+      const auto [c, d] = ends(sides[j]);
+      return isSmooth(a, c) && isSmooth(b, d);
+    });
+    for (uint32_t i = 0; i < sideCount; ++i) edges_[e].isJoined |= ends(sides[i]) != ends(sides[0]);
   }
 }
 
@@ -154,13 +169,9 @@ void Patches::findSites() {
     Site& site = firstAtSite_[s];
     const uint32_t first = site.first, last = firstAtSite_[s + 1].first;
     const auto vertex = [&](uint32_t i) { return vertexOf(siteSides_[i].patch, siteSides_[i].number); };
+    findPieces(siteSides_.data() + first, last - first,
+               [&](uint32_t i, uint32_t j) { return isSmooth(vertex(first + i), vertex(first + j)); });
     for (uint32_t i = first; i < last; ++i) {
-      siteSides_[i].piece = uint16_t(std::min(i - first, 65535u));
-      for (uint32_t j = first; j < i; ++j)
-        if (isSmooth(vertex(i), vertex(j))) {
-          siteSides_[i].piece = siteSides_[j].piece;
-          break;
-        }
       site.isJoined |= vertex(i) != vertex(first);
       for (const int k : {int(siteSides_[i].number), (siteSides_[i].number + 3) % 4}) {
         const float size = edges_[edgesOf_[siteSides_[i].patch][size_t(k)]].size;
