@@ -352,10 +352,14 @@ class RenderRun {
     return code;
   }
 
-  // Beside the first picture, or part, of a view. What the scene runs after each needs leave.
+  // Beside the first picture, or part, of a view.
+  static std::string checkpointOf(const std::vector<std::string>& written) {
+    return (written.empty() ? std::string("kinora") : image::wholeName(written[0])) + ".checkpoint";
+  }
+  // What the scene runs after each needs leave.
   void setCheckpoint(const scene::Scene& scene, const std::vector<std::string>& written, render::Settings& settings) {
     render::Checkpointing& c = settings.checkpoint;
-    c.file = (written.empty() ? std::string("kinora") : image::wholeName(written[0])) + ".checkpoint";
+    c.file = checkpointOf(written);
     const std::string command = scene.options.getString("checkpoint:command", "");
     if (command.empty()) return;
     if (!options_.allowExec) {
@@ -461,7 +465,7 @@ class RenderRun {
       note = isPart() ? fmt::format(" (interrupted: samples {}:{})", std::max(0, options_.settings.firstSample),
                                     renderer.samplesEnd())
                       : " (interrupted: fewer samples than asked for)";
-      if (!written.empty() && std::filesystem::exists(image::wholeName(written[0]) + ".checkpoint", ignored))
+      if (!written.empty() && std::filesystem::exists(checkpointOf(written), ignored))
         note += "; --recover goes on from its checkpoint";
     }
     for (const std::string& file : written)

@@ -55,14 +55,7 @@ class Grader {
     const PointsInSpace places(base_);
     place_ = places.ofVertex;
     nextPlace_ = places.count;
-    out_.kind = base_.kind;
-    out_.origin = base_.origin;
-    out_.flipNormals = base_.flipNormals;
-    out_.doubleSided = base_.doubleSided;
-    out_.bounds = base_.bounds;
-    out_.points = base_.points;
-    out_.vertexCount = base_.vertexCount;
-    out_.primvars = base_.primvars;
+    out_ = verticesOf(base_);
     std::vector<Cell> waiting;
     for (Cell& c : std::exchange(cells_, {})) (isTooUneven(out_, c) ? waiting : cells_).push_back(c);
     while (!waiting.empty() && cells_.size() + waiting.size() < kMostCells) {

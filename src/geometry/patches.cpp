@@ -55,15 +55,7 @@ void Patches::splitIntoQuads() {
     edgesOf_.resize(mesh_->triangleCount() / 2);
     return;
   }
-  Mesh out;
-  out.kind = mesh_->kind;
-  out.origin = mesh_->origin;
-  out.flipNormals = mesh_->flipNormals;
-  out.doubleSided = mesh_->doubleSided;
-  out.bounds = mesh_->bounds;
-  out.points = mesh_->points;
-  out.vertexCount = mesh_->vertexCount;
-  out.primvars = mesh_->primvars;
+  Mesh out = verticesOf(*mesh_);
   VertexMeans means(out);
   for (uint32_t t = 0; t < mesh_->triangleCount();) {
     const bool isQuad = mesh_->quadOf(t) == t;

@@ -9,6 +9,20 @@ namespace kinora::geometry {
 
 inline uint64_t pairOf(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
 
+// The vertices of a mesh, and what it is, without its faces.
+inline Mesh verticesOf(const Mesh& mesh) {
+  Mesh out;
+  out.kind = mesh.kind;
+  out.origin = mesh.origin;
+  out.flipNormals = mesh.flipNormals;
+  out.doubleSided = mesh.doubleSided;
+  out.bounds = mesh.bounds;
+  out.points = mesh.points;
+  out.vertexCount = mesh.vertexCount;
+  out.primvars = mesh.primvars;
+  return out;
+}
+
 // Adds vertices that are means of others.
 class VertexMeans {
  public:

@@ -159,8 +159,7 @@ std::optional<CheckpointTime> parseCheckpointTime(std::string_view text) {
   const bool isPasses = unit == "i" || (unit.empty() && value < 0);
   const double scale = isPasses || unit == "s" || unit.empty() ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
   const double passes = std::fabs(value);
-  if (scale == 0 || (!isPasses && value < 0) || (isPasses && passes != std::floor(passes)))
-    return std::nullopt;
+  if (scale == 0 || (!isPasses && value < 0) || (isPasses && passes != std::floor(passes))) return std::nullopt;
   return isPasses ? CheckpointTime{0, int(passes)} : CheckpointTime{value * scale, 0};
 }
 
@@ -185,9 +184,12 @@ Checkpointing checkpointingOf(const scene::Scene& scene, const Checkpointing& co
   return out;
 }
 
-void Checkpoints::recover(const Sampled& s, const film::ShardInfo& own, Diagnostics& diagnostics) {
+bool Checkpoints::isThere() const {
   std::error_code unknown;
-  if (!wanted_.recovers || !std::filesystem::exists(wanted_.file, unknown)) return;
+  return wanted_.recovers && std::filesystem::exists(wanted_.file, unknown);
+}
+
+void Checkpoints::recover(const Sampled& s, const film::ShardInfo& own, Diagnostics& diagnostics) {
   film::Shard before;
   film::Status status = film::readShard(wanted_.file, before, s.film.bytes() + (uint64_t(1) << 20));
   if (status.ok()) status = film::isOfOneFrame(own, before.info);

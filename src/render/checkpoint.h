@@ -46,8 +46,9 @@ class Checkpoints {
   const Checkpointing& wanted() const { return wanted_; }
   const Recovered& recovered() const { return recovered_; }
 
-  // Goes on from the file, where there is one; `own`: of this frame. What it cannot go on from is told, and then nothing
-  // is changed.
+  // Whether there is a file to go on from; what recover() is to be given takes time.
+  bool isThere() const;
+  // Goes on from the file; `own`: of this frame. What it cannot go on from is told, and then nothing is changed.
   void recover(const Sampled& sampled, const film::ShardInfo& own, Diagnostics& diagnostics);
   // Before a pass, and when it is complete: between the two buckets are ahead of others, and fallBack() takes them back.
   void passBegins(const Sampled& sampled);

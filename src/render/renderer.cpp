@@ -674,7 +674,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     samplesDone = 0;
     samplesTaken = 0;
     checkpoints = Checkpoints(checkpointing);
-    if (checkpoints.wanted().recovers) checkpoints.recover(sampled(), shardInfo(0), diagnostics);
+    if (checkpoints.isThere()) checkpoints.recover(sampled(), shardInfo(0), diagnostics);
     takenAtDecision = samplesTaken;
     auto lastSnapshot = Clock::now();
     bool complete = true, showed = false, leaves = false;
