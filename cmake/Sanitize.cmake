@@ -17,6 +17,8 @@ function(kinora_sanitize)
       file(STRINGS ${source} kernel REGEX "foreach_target|KINORA_KERNEL_FILE" LIMIT_COUNT 1)
       if(NOT kernel)
         set_property(SOURCE ${source} APPEND PROPERTY COMPILE_OPTIONS -O1 ${KINORA_SANITIZERS})
+        # headers precompiled with other options would be refused, file by file
+        set_property(SOURCE ${source} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
       endif()
     endforeach()
   endif()

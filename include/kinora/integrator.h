@@ -84,6 +84,12 @@ struct RayList {
   const float* share;
   uint32_t wantsWays;  // 1: trace() writes `ways`, in the group's memory, for the rays that it is asked for
   MediumWays ways;
+  // Where an integrator says them (null: it does not): rays that came straight out of a body, within which they began, and
+  // by which lights are to be weighed as from there. By entry: how far behind the origin that is (0: no such ray), and
+  // where. For trace() (what light samples find of `glow`), lightHits() and lightsBeyond(), whose distances are from the
+  // origin all the same: lights within the body are not told of.
+  const float* behind;
+  const float* begin[3];
   uint32_t passesMedia;  // 1: trace() ends no ray of the list in a medium, and says what media let through instead
 };
 
@@ -546,7 +552,10 @@ struct Services {
   // kTraitScattersOnce, for no directions are followed from there), which take light samples as if these were all the
   // light. Points where trace() ended the rays then have a share only in what light samples there, and rays from there,
   // find of lights. `depth` is that of trace().
-  void (*scatterTowardsLights)(Group*, RayList*, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights*);
+  // With parts > 1: part `part` of so many calls for the same rays, each of which has one point of a ray; what they find adds
+  // up, and the shares of points where rays ended are to be averaged.
+  void (*scatterTowardsLights)(Group*, RayList*, uint32_t depth, uint32_t part, uint32_t parts, uint32_t n,
+                               const uint32_t* entries, TowardsLights*);
   // What IntegratorFunctions::commit has made of the records; null: nothing.
   const void* (*index)(Group*);
   // Records that the listed paths leave to be learned from, one each; a path may leave several, one call after the other.

@@ -70,10 +70,10 @@ class SunkPaths {
       factor[k] = p_.floats(room);
     }
     uint32_t *point = p_.words(room), *slot = p_.words(room), leaving = 0;
-    float *pdf = p_.floats(room), *within[3] = {p_.floats(room), p_.floats(room), p_.floats(room)};
+    float *pdf = p_.floats(room), *begin[3] = {p_.floats(room), p_.floats(room), p_.floats(room)};
     const uint32_t count = once.directions(point, o, d, pdf);
     for (int k = 0; k < 3; ++k)
-      for (uint32_t i = 0; i < count; ++i) within[k][i] = o[k][i];
+      for (uint32_t i = 0; i < count; ++i) begin[k][i] = o[k][i];
     once.leaveBody(count, point, o, d, nullptr, nullptr, factor);
     const Rays& r = g_->paths.rays;
     for (uint32_t i = 0; i < count; ++i) {
@@ -85,18 +85,15 @@ class SunkPaths {
         r.o[k][s] = o[k][i];
         r.d[k][s] = d[k][i];
       }
-      uint32_t flags = kFromSpecular | (o_.allowCaustics ? 0u : uint32_t(PathFlags::kHadDiffuse));
-      p_.pdf[s] = 1e-30f;  // lights are left to light samples
-      if (p_.within[0]) {
-        flags |= PathFlags::kFromBody;
-        p_.pdf[s] = pdf[i] / float(parts);
-        float length = 0;
-        for (int k = 0; k < 3; ++k) {
-          p_.within[k][s] = within[k][i];
-          length += (o[k][i] - within[k][i]) * d[k][i];
-        }
-        p_.within[3][s] = length;
+      uint32_t flags = uint32_t(kFromSpecular) | PathFlags::kFromBody;
+      if (!o_.allowCaustics) flags |= PathFlags::kHadDiffuse | uint32_t(kFromTintedLight);
+      p_.pdf[s] = pdf[i] / float(parts);
+      float length = 0;
+      for (int k = 0; k < 3; ++k) {
+        p_.begin[k][s] = begin[k][i];
+        length += (o[k][i] - begin[k][i]) * d[k][i];
       }
+      p_.behind[s] = length;
       r.tMax[s] = o_.farthest;
       r.radius[s] = c.radius[i];
       r.spread[s] = spreadAfter(Float<1>(c.spread[i]), Float<1>(kInvTwoPi * 0.5f)).lane0();
@@ -110,34 +107,10 @@ class SunkPaths {
     return m;
   }
 
-  // Rays of kFromBody as from where they were scattered, for what lights are weighed by; what they are else, to be given
-  // back. Null: there are none.
-  const float* startWithin(uint32_t n, const uint32_t* live) {
-    if (!p_.within[0]) return nullptr;
-    float* kept = nullptr;
-    const Rays& r = g_->paths.rays;
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = live[i];
-      if (!(p_.flags[s] & PathFlags::kFromBody)) continue;
-      if (!kept) kept = p_.floats(4 * n);
-      for (int k = 0; k < 3; ++k) {
-        kept[4 * i + uint32_t(k)] = r.o[k][s];
-        r.o[k][s] = p_.within[k][s];
-      }
-      kept[4 * i + 3] = g_->paths.hits.t[s];
-      g_->paths.hits.t[s] += p_.within[3][s];
-    }
-    return kept;
-  }
-  void startOutside(uint32_t n, const uint32_t* live, const float* kept) {
-    if (!kept) return;
-    const Rays& r = g_->paths.rays;
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t s = live[i];
-      if (!(p_.flags[s] & PathFlags::kFromBody)) continue;
-      for (int k = 0; k < 3; ++k) r.o[k][s] = kept[4 * i + uint32_t(k)];
-      g_->paths.hits.t[s] = kept[4 * i + 3];
-    }
+  // The rays of `live` are ended: the next ones begin where they leave a surface.
+  void endWithin(uint32_t n, const uint32_t* live) {
+    for (uint32_t i = 0; i < n; ++i)
+      if (p_.flags[live[i]] & PathFlags::kFromBody) p_.behind[live[i]] = 0;
   }
 
  private:

@@ -35,8 +35,6 @@ class FoundLights {
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
       if (p_.isLeftOut(p_.flags[s], h.light[i])) continue;
-      // within the body: light samples have it all
-      if (p_.flags[s] & PathFlags::kFromBody && h.t[i] < p_.within[3][s]) continue;
       float v[3];
       found(h, i, depth, lightParts, bxdfParts, v);
       for (int c = 0; c < 3; ++c) value[c][m] = v[c];

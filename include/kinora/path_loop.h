@@ -60,7 +60,7 @@ class PathLoop {
     if (sv_->mediaScatter) coverByMedia(g_, sv_, n, live, p_.medium);
     found_.collectLights(RayKind::Camera, 0, 1, 1, n, live);
     found_.collectGlow(0, 1, n, live);
-    lightOnTheWay(0, o_.lightSamples, bxdfParts, n, live);
+    lightOnTheWay(0, o_.placesInMedia, o_.lightSamples, bxdfParts, n, live);
     p_.applyMedium(n, live);
     uint32_t hits = p_.keepHits(n, live);
     Context* const* contexts;
@@ -94,13 +94,31 @@ class PathLoop {
     return state;
   }
 
-  // Light scattered in media on the way of the rays of `live`, where it is near lights; what the ends of the rays in
-  // media have left of that light.
-  void lightOnTheWay(uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+  // Light scattered in media on the way of the rays of `live`, where it is near lights, at so many places of each; what
+  // the ends of the rays in media have left of that light.
+  void lightOnTheWay(uint32_t depth, uint32_t places, uint32_t lightParts, uint32_t bxdfParts, uint32_t n,
+                     const uint32_t* live) {
     if (!p_.share) return;
-    TowardsLights found;
-    if (lightParts && sv_->lightCount) sv_->scatterTowardsLights(g_, &g_->paths, depth, n, live, &found);
-    for (uint32_t i = 0; i < n; ++i) p_.share[live[i]] = found.share ? found.share[live[i]] : 1.f;
+    for (uint32_t i = 0; i < n; ++i) p_.share[live[i]] = 1;
+    if (!lightParts || !sv_->lightCount) return;
+    float* sum = places > 1 ? p_.floats(g_->padded + kPad) : nullptr;
+    for (uint32_t i = 0; sum && i < n; ++i) sum[live[i]] = 0;
+    for (uint32_t k = 0; k < places; ++k) {
+      const MemoryMark mark = sum ? sv_->markMemory(g_) : MemoryMark{};
+      TowardsLights found;
+      sv_->scatterTowardsLights(g_, &g_->paths, depth, k, places, n, live, &found);
+      float* share = sum ? sum : p_.share;
+      for (uint32_t i = 0; i < n; ++i) {
+        const float own = found.share ? found.share[live[i]] : 1.f;
+        share[live[i]] = sum ? sum[live[i]] + own : own;
+      }
+      lightAtPlaces(found, depth, k, places, lightParts, bxdfParts);
+      if (sum) sv_->releaseMemory(g_, mark);
+    }
+    for (uint32_t i = 0; sum && i < n; ++i) p_.share[live[i]] = sum[live[i]] / float(places);
+  }
+  void lightAtPlaces(const TowardsLights& found, uint32_t depth, uint32_t place, uint32_t places, uint32_t lightParts,
+                     uint32_t bxdfParts) {
     if (!found.count) return;
     float *kept[3], *share = p_.share;
     for (int c = 0; c < 3; ++c) {
@@ -115,7 +133,7 @@ class PathLoop {
     Context* const* contexts;
     const uint32_t count =
         sv_->shade(g_, found.list, kTraitEyePath | kTraitScattersOnce, depth, found.count, found.entries, &contexts);
-    lights_.sample(count, contexts, depth, lightParts, bxdfParts);
+    lights_.sample(count, contexts, depth, lightParts, bxdfParts, nullptr, place, places);
     p_.share = share;
     for (int c = 0; c < 3; ++c) p_.throughput[c] = kept[c];
   }
@@ -299,9 +317,8 @@ class PathLoop {
         for (uint32_t i = 0; i < n; ++i) g_->paths.rays.tMax[live[i]] = 1e30f;
       // as its other half, without what media absorb
       found_.collectTinted(depth + 1, lightParts, bxdfParts, n, live);
-      const float* bodies = below_.startWithin(n, live);
       found_.collectLights(RayKind::Indirect, depth + 1, lightParts, bxdfParts, n, live);
-      below_.startOutside(n, live, bodies);
+      below_.endWithin(n, live);
       found_.collectGlow(depth + 1, bxdfParts, n, live);
       g_->besideOwnSamples = 0;  // of the first vertex only
       if (p_.alpha) escape(first ? parts : 1, n, live);
@@ -309,7 +326,7 @@ class PathLoop {
       if (first && parts > 1)
         for (uint32_t i = 0; i < n; ++i)
           for (int c = 0; c < 3; ++c) p_.throughput[c][live[i]] /= float(parts);
-      lightOnTheWay(depth + 1, 1, 1, n, live);
+      lightOnTheWay(depth + 1, 1, 1, 1, n, live);
       p_.applyMedium(n, live);
       const uint32_t hits = p_.keepHits(n, live);
       if (!hits) return;

@@ -14,6 +14,7 @@ struct PathLoopOptions {
   uint32_t indirectSamples = 1;     // directions followed from each camera hit
   SamplesByLobe byLobe;             // instead of that
   uint32_t lightCandidates = 1;     // of which each light sample there is one, see kinora/light_candidates.h
+  uint32_t placesInMedia = 1;       // on each camera ray where lights are near, see Services::scatterTowardsLights
   uint32_t clampDepth = 2;          // ray depth (camera ray: 0) from which contributions are clamped
   float clampLuminance = 10;        // largest luminance of one contribution there
   float clampDirect = 1e30f;        // and before, but of lights that the camera sees

@@ -21,7 +21,7 @@ struct PathFlags {
     kCaustic = 2u << kOriginBits,      // a mirror or lens after that: light that the ray finds does not count
     kRefracted = 4u << kOriginBits,    // through glass after that, which tinted shadows stand for: neither does this
     kSeenThrough = 8u << kOriginBits,  // only refracted since the camera, and no light in its way (RefractedAlpha)
-    kFromBody = 16u << kOriginBits  // scattered once within a body, at `within`, from where it is weighed for lights
+    kFromBody = 16u << kOriginBits  // scattered once within a body, at `begin`, from where it is weighed for lights
   };
   static constexpr int kWalkedShift = 24;
 };
@@ -57,9 +57,8 @@ struct PathState {
   // Where media scatter: how much of the light at the vertex of a path it counts (the rest is lightOnTheWay's); and
   // where they glow, see RayList.
   float *share = nullptr, *againstLights = nullptr;
-  // By path of kFromBody: where it was scattered, and how far from there its ray left the body. Null: light samples
-  // have all light that was scattered once.
-  float* within[4] = {nullptr, nullptr, nullptr, nullptr};
+  // RayList::begin and behind: of paths of kFromBody, where they were scattered.
+  float *begin[3], *behind;
   uint32_t part = 0, parts = 1;  // directions from the first vertex: the one under way, and how many
   RefractedAlpha* alpha = nullptr;
   Lessons<W>* lessons = nullptr;
@@ -76,9 +75,8 @@ struct PathState {
     flags = g->paths.origin;
     parts = o.byLobe.given ? o.byLobe.most() : o.indirectSamples < 1 ? 1 : o.indirectSamples;
     if (o.refractsAlpha) alpha = new (sv->alloc(g, sizeof(RefractedAlpha))) RefractedAlpha(g, sv);
-    // Where lights are weighed along the ray from within, nothing else may take from them on the way.
-    if (!sv->mediaScatter && (o.allowCaustics || !sv->hasTintedShadows))
-      for (float*& x : within) x = floats(n);
+    for (int c = 0; c < 3; ++c) g->paths.begin[c] = begin[c] = floats(n);
+    g->paths.behind = behind = floats(n);
     if (!sv->mediaScatter) return;
     share = floats(n);
     if (!g->paths.glow[0]) return;
@@ -91,6 +89,7 @@ struct PathState {
     pdf[slot] = 0;
     state[slot] = sv->paths.start;
     flags[slot] = kFromDiscrete;
+    behind[slot] = 0;
     if (share) share[slot] = 1;
     if (againstLights) againstLights[slot] = HUGE_VALF;
   }

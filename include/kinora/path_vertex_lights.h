@@ -27,14 +27,16 @@ class VertexLights {
       : p_(paths), g_(paths.g), sv_(paths.sv), o_(paths.o), walks_(walks), learned_(learned) {}
 
   // Light samples at the points of the contexts: `parts`, and those that lights ask for themselves.
-  // once: the contexts are of points in a body that its light has to leave.
+  // once: the contexts are of points in a body that its light has to leave. place: which of `places` points they are that
+  // take samples of the same light.
   void sample(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t parts, uint32_t bxdfParts,
-              ScatterOnce<W>* once = nullptr) {
+              ScatterOnce<W>* once = nullptr, uint32_t place = 0, uint32_t places = 1) {
+    const SampleNumbers of{place, places};
     for (uint32_t part = 0; part < parts; ++part)
-      sampleEach(count, contexts, depth, part, parts, bxdfParts, nullptr, once);
+      sampleEach(count, contexts, depth, part, parts, bxdfParts, nullptr, once, of);
     for (uint32_t k = 0; g_->besideOwnSamples && k < sv_->ownSampleCount; ++k)
       for (uint32_t part = 0; part < sv_->ownSamples[k].samples; ++part)
-        sampleEach(count, contexts, depth, part, parts, bxdfParts, &sv_->ownSamples[k], once);
+        sampleEach(count, contexts, depth, part, parts, bxdfParts, &sv_->ownSamples[k], once, of);
   }
   // Light that comes through mirrors and lenses.
   void walk(uint32_t count, Context* const* contexts, uint32_t depth) {
@@ -44,10 +46,13 @@ class VertexLights {
   }
 
  private:
+  struct SampleNumbers {
+    uint32_t place, places;
+  };
   // One light sample for each point of the contexts (own: of that light, else of any); bxdfParts directions will be
   // followed from them.
   void sampleEach(uint32_t count, Context* const* contexts, uint32_t depth, uint32_t part, uint32_t parts,
-                  uint32_t bxdfParts, const OwnLightSamples* own, ScatterOnce<W>* once) {
+                  uint32_t bxdfParts, const OwnLightSamples* own, ScatterOnce<W>* once, SampleNumbers of) {
     using F = Float<W>;
     if (!sv_->lightCount) return;
     uint32_t points = 0, mostSlots = 1;
@@ -93,17 +98,17 @@ class VertexLights {
         sv_->ownLightSamples(g_, &c, own->light, number, own->samples, &candidates.samples);
         candidates.scatter();
       } else {
-        candidates.make(number, parts, p_.isFirst(c, depth) && !byLobe && !lessons ? o_.lightCandidates : 1,
-                        p_.throughput, [&](F byLight, F byBxdf) HWY_ATTR {
-                          return misPower(byLight * F(float(parts)), byBxdf * F(float(bxdfParts)));
-                        });
+        candidates.make(number + of.place * parts, parts * of.places,
+                        p_.isFirst(c, depth) && !byLobe && !lessons ? o_.lightCandidates : 1, p_.throughput,
+                        [&](F byLight, F byBxdf)
+                            HWY_ATTR { return misPower(byLight * F(float(parts)), byBxdf * F(float(bxdfParts))); });
       }
       const LightSamples& ls = candidates.samples;
       EvaluateArgs& e = candidates.scattered;
       if (lessons) lessons->add(c, ls, p_.throughput, parts);
       if (ls.spread && !spread) spread = p_.floats(room);
-      const bool isWeighed = once && p_.within[0], hasAll = c.traits & kTraitScattersOnce && !isWeighed;
-      if (isWeighed && !shareOfRay) shareOfRay = p_.floats(room);
+      const bool hasAll = c.traits & kTraitScattersOnce && !once;
+      if (once && !shareOfRay) shareOfRay = p_.floats(room);
       // what arrives unshadowed: throughput * L / pdf * mis, by slot; rays where any slot is not black
       for (uint32_t i = 0; i < c.count; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(c.count - i < W ? c.count - i : W));

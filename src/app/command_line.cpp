@@ -5,10 +5,8 @@
 #include <CLI/Formatter.hpp>
 
 #include <charconv>
-#include <cmath>
 
 #include "app/exit_codes.h"
-#include "base/text.h"
 #include "image/atomic_file.h"
 #include "render/version.h"
 
@@ -81,45 +79,6 @@ bool splitInts(const std::string& text, char separator, std::vector<int>& out) {
     if (*next != separator) return false;
     at = next + 1;
   }
-}
-
-namespace {
-
-// The number at the start of the text; false when there is none, or it is negative or not finite.
-bool splitUnit(const std::string& text, double& value, std::string& unit) {
-  const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || next == text.data() || !std::isfinite(value) || value < 0) return false;
-  unit = lowerCase({next, text.data() + text.size()});
-  return true;
-}
-
-}  // namespace
-
-uint64_t parseSize(const std::string& text) {
-  double value = 0;
-  std::string unit;
-  if (!splitUnit(text, value, unit)) return 0;
-  if (unit.ends_with("ib"))
-    unit.resize(unit.size() - 2);
-  else if (unit.ends_with("b"))
-    unit.resize(unit.size() - 1);
-  static const std::string kUnits = "kmgt";
-  if (unit.size() > 1 || (unit.size() == 1 && kUnits.find(unit) == std::string::npos)) return 0;
-  const double bytes = unit.empty() ? value : std::ldexp(value, 10 * (int(kUnits.find(unit)) + 1));
-  return bytes >= 1 && bytes < 9e18 ? uint64_t(bytes) : 0;
-}
-
-std::optional<double> parseTime(const std::string& text) {
-  double value = 0;
-  std::string unit;
-  if (!splitUnit(text, value, unit)) return std::nullopt;
-  const double scale = unit.empty() || unit == "s"    ? 1
-                       : unit == "m" || unit == "min" ? 60
-                       : unit == "h"                  ? 3600
-                       : unit == "d"                  ? 86400
-                                                      : 0;
-  if (scale == 0 || value * scale > 1e9) return std::nullopt;
-  return value * scale;
 }
 
 bool parseDirmap(const std::string& text, std::vector<std::pair<std::string, std::string>>& out) {

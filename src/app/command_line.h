@@ -40,10 +40,6 @@ bool splitInts(const std::string& text, char separator, std::vector<int>& out);
 // Four numbers of --crop as XMIN XMAX YMIN YMAX; what is wrong with them, or nothing.
 std::optional<std::string> readCrop(const std::vector<float>& numbers, std::array<float, 4>& out);
 
-// "4G", "512M", "1.5G", "100k" (powers of 1024, with or without a B or iB) or bytes; 0 when it is none of these.
-uint64_t parseSize(const std::string& text);
-// "90s", "5m", "2h", "1.5h" or seconds; nothing when it is none of these.
-std::optional<double> parseTime(const std::string& text);
 // FROM=TO; false when it is not.
 bool parseDirmap(const std::string& text, std::vector<std::pair<std::string, std::string>>& out);
 

@@ -12,6 +12,7 @@
 
 #include "app/command_line.h"
 #include "app/plugin_path.h"
+#include "base/quantity.h"
 #include "base/text.h"
 
 namespace kinora::app {

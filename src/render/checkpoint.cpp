@@ -3,12 +3,13 @@
 #include <zlib.h>
 
 #include <charconv>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include "base/quantity.h"
 
 namespace kinora::render {
 
@@ -152,15 +153,17 @@ std::optional<KeptState> readProgress(const std::string& bytes, const Sampled& s
 }  // namespace
 
 std::optional<CheckpointTime> parseCheckpointTime(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !std::isfinite(value) || std::fabs(value) > 1e9) return std::nullopt;
-  const std::string_view unit(end, size_t(text.data() + text.size() - end));
-  const bool isPasses = unit == "i" || (unit.empty() && value < 0);
-  const double scale = isPasses || unit == "s" || unit.empty() ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
-  const double passes = std::fabs(value);
-  if (scale == 0 || (!isPasses && value < 0) || (isPasses && passes != std::floor(passes))) return std::nullopt;
-  return isPasses ? CheckpointTime{0, int(passes)} : CheckpointTime{value * scale, 0};
+  const bool isPasses = text.ends_with('i'), isNegative = text.starts_with('-');
+  if (!isPasses && !isNegative) {
+    const auto seconds = parseTime(text);
+    return seconds ? std::optional(CheckpointTime{*seconds, 0}) : std::nullopt;
+  }
+  if (isPasses) text.remove_suffix(1);
+  if (isNegative) text.remove_prefix(1);
+  int passes = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), passes);
+  if (error != std::errc() || end != text.data() + text.size() || passes < 0) return std::nullopt;
+  return CheckpointTime{0, passes};
 }
 
 Checkpointing checkpointingOf(const scene::Scene& scene, const Checkpointing& commandLine, Diagnostics& diagnostics) {

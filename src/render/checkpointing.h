@@ -17,7 +17,7 @@ struct CheckpointTime {
   bool isSet() const { return seconds > 0 || passes > 0; }
   bool isOver(double s, int p) const { return (seconds > 0 && s >= seconds) || (passes > 0 && p >= passes); }
 };
-// "30s", "5m", "0.5h", "90" (seconds); "16i" and "-16": passes; "0": never. None where it is none of these.
+// parseTime()'s; "16i" and "-16": passes; "0": never. None where it is none of these.
 std::optional<CheckpointTime> parseCheckpointTime(std::string_view text);
 
 // What is asked of a frame.

@@ -356,9 +356,10 @@ struct Renderer::Impl {
       if (procedurals.all()[k].isHeld) together += procedurals.all()[k].bytes;
     for (const uint32_t k : read) together += procedurals.all()[k].bytes;
     procedurals.drop(drop);
-    if (!drop.empty() && together > proceduralBudget() / 5 * 6) {
+    if (!drop.empty() && together > proceduralBudget()) {
       if (!nextWorld()) return false;
       procedurals.countAsGone();
+      malloc_trim(0);
     }
     const auto start = Clock::now();
     isReady = false;

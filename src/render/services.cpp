@@ -155,9 +155,9 @@ struct Worker::Calls {
                               LightSamples* out) {
     of(g).state_.lightSamples(c, part, parts, out, light);
   }
-  static void scatterTowardsLights(Group* g, RayList* list, uint32_t depth, uint32_t n, const uint32_t* slots,
-                                   TowardsLights* out) {
-    of(g).state_.scatterTowardsLights(*list, depth, n, slots, out);
+  static void scatterTowardsLights(Group* g, RayList* list, uint32_t depth, uint32_t part, uint32_t parts, uint32_t n,
+                                   const uint32_t* slots, TowardsLights* out) {
+    of(g).state_.scatterTowardsLights(*list, depth, part, parts, n, slots, out);
   }
   static void meanTransmittance(Group* g, uint32_t n, const float* const o[3], const float* const d[3],
                                 const float* length, const float* time, float* out) {

@@ -249,7 +249,8 @@ class GroupState {
                    float* const radiance[3], float* specular);
   Context* pointsInSpace(RayList& list, uint32_t traits, uint32_t depth, uint32_t n, const uint32_t* entries,
                          const float* t);
-  void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, TowardsLights* out);
+  void scatterTowardsLights(RayList& list, uint32_t depth, uint32_t part, uint32_t parts, uint32_t n,
+                            const uint32_t* entries, TowardsLights* out);
   void mediaAt(const RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries, const float* t,
                MediaAt* out);
   void mediumIntervals(const RayList& list, uint32_t n, const uint32_t* entries, MediumIntervals* out);
@@ -351,6 +352,9 @@ class GroupState {
   const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
   float shareOfGlow(const Track& t, const Around& a, const float* shares) const;
   void askMediumLights(const Context* c, LightSamples* samples);
+  light::LightSet::RayList seenFromBegin(const RayList& list, uint32_t n, const uint32_t* entries, float* tHit,
+                                         Rays& rays);
+  void seenFromOrigin(const RayList& list, const light::LightSet::RayList& l, LightHits* hits);
   void noteExcess(uint32_t medium, float bound, float* const extinction[3], uint32_t at);
   void scatterInSpace(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
                       float* const transmittance[3]);

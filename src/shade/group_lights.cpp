@@ -107,21 +107,59 @@ void GroupState::findLightNormals(const Context* c, const Program* program) {
     for (uint32_t i = 0; i < c->padded; ++i) N[k][i] = scale * c->N[k][i];
 }
 
-void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out) {
-  const Clock clock(counters.nanoseconds[kTimeLights]);
+// The rays of a list as lights are to be weighed along them, up to tHit, by entry; see RayList::behind. `rays` is room
+// for them.
+light::LightSet::RayList GroupState::seenFromBegin(const RayList& list, uint32_t n, const uint32_t* entries,
+                                                   float* tHit, Rays& rays) {
+  const ListHost& host = ListHost::of(list);
   light::LightSet::RayList l;
   l.count = n;
   l.slots = entries;
   l.rays = &list.rays;
-  const ListHost& host = ListHost::of(list);
-  l.tHit = host.surfaceT ? host.surfaceT : list.hits.t;
+  l.tHit = tHit;
   l.linkSet = host.left.linkSet;
   l.origin = list.origin;
   for (int k = 0; k < 3; ++k) l.N[k] = host.left.lightN[k];
   l.weights = group_.lightWeights;
   l.row = host.left.lightRow;
   l.besideOwn = group_.besideOwnSamples;
+  if (!list.behind || std::none_of(entries, entries + n, [&](uint32_t s) { return list.behind[s] > 0; })) return l;
+  rays = list.rays;
+  float* t = arena_.make<float>(list.capacity);
+  for (int k = 0; k < 3; ++k) rays.o[k] = arena_.make<float>(list.capacity);
+  for (uint32_t i = 0; i < padded(n); ++i) {
+    const uint32_t s = entries[i];
+    const bool isBehind = list.behind[s] > 0;
+    for (int k = 0; k < 3; ++k) rays.o[k][s] = isBehind ? list.begin[k][s] : list.rays.o[k][s];
+    t[s] = isBehind ? tHit[s] + list.behind[s] : tHit[s];
+  }
+  l.rays = &rays;
+  l.tHit = t;
+  return l;
+}
+
+// Of lights found so: distances from where the rays left the bodies, and none from within.
+void GroupState::seenFromOrigin(const RayList& list, const light::LightSet::RayList& l, LightHits* hits) {
+  if (l.rays == &list.rays || !hits->count) return;
+  keepLightHits(arena_, hits, [&](uint32_t i) {
+    const float behind = list.behind[hits->slot[i]];
+    return !(behind > 0) || !(hits->t[i] < behind);
+  });
+  float* t = arena_.make<float>(padded(hits->count) + kPad);
+  for (uint32_t i = 0; i < hits->count; ++i) {
+    const float behind = list.behind[hits->slot[i]];
+    t[i] = behind > 0 ? hits->t[i] - behind : hits->t[i];
+  }
+  hits->t = t;
+}
+
+void GroupState::lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  const ListHost& host = ListHost::of(list);
+  Rays rays;
+  const auto l = seenFromBegin(list, n, entries, host.surfaceT ? host.surfaceT : list.hits.t, rays);
   world_.lights->hits(world_.width, arena_, kind == RayKind::Camera, l, out);
+  seenFromOrigin(list, l, out);
   if (host.surfaceT)  // lights that end a ray take what it has met behind them
     for (uint32_t i = 0; i < out->count; ++i)
       if (out->blocks[i]) {
@@ -202,18 +240,11 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
   // all along the ray, then without those that lightHits() has told of: in front of the hit, or casting no shadows
   float* tHit = arena_.make<float>(rays.capacity);
   for (uint32_t i = 0; i < m; ++i) tHit[list[i]] = INFINITY;
-  light::LightSet::RayList l;
-  l.count = m;
-  l.slots = list;
-  l.rays = &rays.rays;
-  l.tHit = tHit;
-  l.linkSet = ListHost::of(rays).left.linkSet;
-  l.origin = rays.origin;
-  for (int k = 0; k < 3; ++k) l.N[k] = ListHost::of(rays).left.lightN[k];
-  l.weights = group_.lightWeights;
-  l.row = ListHost::of(rays).left.lightRow;
-  l.besideOwn = group_.besideOwnSamples;
+  for (uint32_t i = m; i < padded(m); ++i) list[i] = list[m - 1];
+  Rays from;
+  const auto l = seenFromBegin(rays, m, list, tHit, from);
   world_.lights->hits(world_.width, arena_, false, l, out);
+  seenFromOrigin(rays, l, out);
   keepLightHits(arena_, out, [&](uint32_t i) {
     const light::LightSet& lights = *world_.lights;
     return lights.castsShadow(out->light[i]) && !lights.doesGlassBlock(out->light[i]) &&

@@ -119,7 +119,8 @@ void setMediumHit(const Hits& hits, uint32_t entry, const SpaceMedium& medium, f
 
 MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& crossings, const Rays& rays,
                            const float* ends, const uint32_t* seed, const uint32_t* index, const uint32_t* bounces,
-                           uint32_t depth, uint32_t n, const uint32_t* entries, bool scatters)
+                           uint32_t depth, uint32_t n, const uint32_t* entries, bool scatters, uint32_t part,
+                           uint32_t parts)
     : g_(g), space_(*g.world().space), crossings_(crossings), rays_(rays), scatters_(scatters), depth_(depth) {
   const std::vector<MediumCrossing>& all = crossings;
   tracks_ = g.arena().make<Track>(n);
@@ -154,7 +155,7 @@ MediumTracks::MediumTracks(GroupState& g, const std::vector<MediumCrossing>& cro
     }
   }
   g.counters.mediaRays += count_;
-  if (scatters && count_) drawFirst(seed, index);
+  if (scatters && count_) drawFirst(seed, index, part, parts);
 }
 
 float MediumTracks::number(Track& t) { return drawEvent(t.seed, 0, 0, t.event++); }
@@ -266,7 +267,7 @@ void MediumTracks::leave(Track& t, uint32_t medium) {
     }
 }
 
-void MediumTracks::drawFirst(const uint32_t* seed, const uint32_t* index) {
+void MediumTracks::drawFirst(const uint32_t* seed, const uint32_t* index, uint32_t part, uint32_t parts) {
   const uint32_t room = padded(count_);
   uint32_t *seeds = g_.arena().make<uint32_t>(room), *samples = g_.arena().make<uint32_t>(room);
   for (uint32_t i = 0; i < room; ++i) {
@@ -276,7 +277,7 @@ void MediumTracks::drawFirst(const uint32_t* seed, const uint32_t* index) {
   }
   first_ = g_.arena().make<float>(room);
   towards_ = g_.arena().make<float>(room);
-  drawSplit(g_.world().width)(g_.world().samples, room, seeds, samples, dimensionAt(depth_) + kDimMedium, 0, 1,
+  drawSplit(g_.world().width)(g_.world().samples, room, seeds, samples, dimensionAt(depth_) + kDimMedium, part, parts,
                               first_, towards_);
 }
 

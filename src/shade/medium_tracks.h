@@ -47,11 +47,12 @@ uint32_t mixedSeed(uint32_t a, uint32_t b);
 class MediumTracks {
  public:
   // crossings: of these rays, ray by ray (numbers in the list of entries) in order of distance; they outlive the tracks.
+  // part of parts: of so many tracks along the same rays that go by numbers of their own.
   // ends: by entry, how far each ray goes; bounces: how often its light was scattered in media (null: never). `scatters`: rays are ended by what they meet, else media that are the same
   // everywhere are summed in Track::even.
   MediumTracks(GroupState& g, const std::vector<MediumCrossing>& crossings, const Rays& rays, const float* ends,
                const uint32_t* seed, const uint32_t* index, const uint32_t* bounces, uint32_t depth, uint32_t n,
-               const uint32_t* entries, bool scatters);
+               const uint32_t* entries, bool scatters, uint32_t part = 0, uint32_t parts = 1);
   uint32_t count() const { return count_; }  // of rays that cross a boundary
   Track& operator[](uint32_t i) { return tracks_[i]; }
   static float number(Track& t);  // the next random number of its own
@@ -72,7 +73,7 @@ class MediumTracks {
  private:
   void enter(Track& t, uint32_t medium);
   static void leave(Track& t, uint32_t medium);
-  void drawFirst(const uint32_t* seed, const uint32_t* index);
+  void drawFirst(const uint32_t* seed, const uint32_t* index, uint32_t part, uint32_t parts);
 
   GroupState& g_;
   const SpaceMedia& space_;

@@ -143,8 +143,8 @@ struct Drawn {
 
 }  // namespace
 
-void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n, const uint32_t* entries,
-                                      TowardsLights* out) {
+void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t part, uint32_t parts, uint32_t n,
+                                      const uint32_t* entries, TowardsLights* out) {
   *out = TowardsLights{};
   if (!world_.space || !world_.lights->size() || !n) return;
   const Clock clock(counters.nanoseconds[kTimeLights]);
@@ -154,7 +154,7 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
                 host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
   crossings_.swap(crossingsTowards_);  // samples of lights look for crossings too
   MediumTracks tracks(*this, crossingsTowards_, list.rays, host.surfaceT, list.sampleSeed, list.sampleIndex,
-                      host.left.bounces, depth, n, entries, true);
+                      host.left.bounces, depth, n, entries, true, part, parts);
   const uint32_t count = tracks.count();
   if (!count) return;
   const auto floats = [&](size_t m) { return arena_.make<float>(m); };
@@ -167,7 +167,7 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
   for (uint32_t i = 0; i < count; ++i) {
     Track& t = tracks[i];
     setPathOf(list, t);
-    t.seed = mixedSeed(t.seed, 0x3C6EF372u);
+    t.seed = mixedSeed(t.seed, 0x3C6EF372u + part);
     // towards what has no place distances only count where extinction lets most rays through
     float begin, end;
     const bool isThin = findReach(tracks, t, world_.hasPlacedLights ? kDeep : kThin, begin, end);
@@ -183,7 +183,7 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
   if (!m) return;
   LightSamples lights;
   const Context* points = startInSpace(list, kTraitEyePath, depth, m, asked, place);
-  lightSamples(points, 0, 1, &lights);
+  lightSamples(points, part, parts, &lights);
 
   float *choice = floats(points->padded), *size = floats(points->padded);
   uint32_t* chosenLight = arena_.make<uint32_t>(points->padded);
@@ -213,6 +213,7 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
   float* share = floats(list.capacity);
   for (uint32_t i = 0; i < n; ++i) share[entries[i]] = 1;
   out->share = share;
+  const float number = chance * float(parts);  // of these distances, in the mean
   Drawn* drawn = arena_.make<Drawn>(m);
   Pieces& pieces = *arena_.make<Pieces>(1);
   uint32_t found = 0;
@@ -232,7 +233,7 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
     if (!(pieces.all > 0) || !(pieces.squares > kWorthIt * pieces.all * pieces.all)) continue;
     const Piece* at = met >= 0 ? pieces.at(met) : nullptr;
     if (at && at->towards > 0) {
-      const float r = chance * pieces.density(seen, *at, met) / at->plain;
+      const float r = number * pieces.density(seen, *at, met) / at->plain;
       share[s] = 1 / (1 + r * r);
     }
     if (!draws[i]) continue;
@@ -243,7 +244,7 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t n,
       const float own = y.towards * y.angle;
       if (!(own > 0)) continue;
       x.t = std::clamp(distanceAt(seen, y.firstAngle + y.angle * std::min(rest / own, 1.f)), y.from, y.to);
-      x.density = chance * pieces.density(seen, y, x.t);
+      x.density = number * pieces.density(seen, y, x.t);
       const float r = y.plain / x.density;
       x.weight = 1 / (1 + r * r);
       rest -= own;

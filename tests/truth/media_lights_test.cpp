@@ -18,9 +18,10 @@ const char* const kDarkFloor =
     "Bxdf \"PxrDiffuse\" \"f\"\nAttributeBegin Translate 0 -0.8 4 Sphere 0.5 -0.5 0.5 360 AttributeEnd\n";
 
 // A picture of lights in what `media` says, by the weight of distances that suit lights.
-testing::Moments litMedia(const std::string& lights, const std::string& media, int samples, int seeds = 8) {
+testing::Moments litMedia(const std::string& lights, const std::string& media, int samples, int seeds = 8,
+                          const std::string& more = "") {
   RenderRequest r;
-  r.rib = orthographic(16, 0.5, samples) + unbiased(3) +
+  r.rib = orthographic(16, 0.5, samples) + unbiased(3, more) +
           "WorldBegin\nAttributeBegin Attribute \"visibility\" \"int camera\" [0]\n" + lights + "\nAttributeEnd\n" +
           media + kDarkFloor + "WorldEnd\n";
   return overSeeds(r, seeds);
@@ -69,6 +70,51 @@ TEST(MediaLights, DistancesThatSuitLightsChangeNoMean) {
       EXPECT_SAME_MEAN(with, without, 0.03);
     }
   }
+}
+
+// Several places on each camera ray bring what one does, with less noise where lamps are near. Distances that extinction
+// draws share with all of them.
+TEST(MediaLights, MorePlacesOnCameraRaysChangeNoMean) {
+  const std::string lamp = "Translate 0.4 0.3 4 Light \"PxrSphereLight\" \"l\" \"float intensity\" [20]\n",
+                    sky = "Light \"PxrDomeLight\" \"d\" \"float intensity\" [0.3]\n" + lamp;
+  const std::string once = "\"color densityColor\" [0.4 0.4 0.4] ",
+                    uneven = "\"int multiScatter\" [1] \"string densityFloatPrimVar\" [\"density\"] ",
+                    cells =
+                        "Volume \"box\" [-3 3 -3 3 1 7] [3 2 2] \"varying float density\" [0 1 2 0.3 0 2 0.5 1 0 1 "
+                        "0 0.7]\n",
+                    five = "\"int numVolumeAggregateSamples\" [5]";
+  for (const auto& [lights, media, shape] :
+       {std::tuple(lamp, once, std::string(kFogBox)), std::tuple(sky, uneven, cells)}) {
+    const auto one = litMedia(lights, foggy("0.5", media, shape), 32),
+               more = litMedia(lights, foggy("0.5", media, shape), 32, 8, five);
+    EXPECT_SAME_MEAN(more, one, 0.03);
+  }
+}
+
+TEST(MediaLights, MorePlacesOnCameraRaysTakeNoiseFromBeams) {
+  const auto variance = [](int places) {
+    testing::Moments squares;
+    image::Image pictures[2];
+    for (uint32_t seed = 0; seed < 2; ++seed) {
+      RenderRequest r;
+      r.settings.seed = seed + 1;
+      r.rib = orthographic(16, 0.5, 64) +
+              unbiased(0, "\"int numVolumeAggregateSamples\" [" + std::to_string(places) + "]") +
+              "WorldBegin\nAttributeBegin Attribute \"visibility\" \"int camera\" [0]\nTranslate 0.4 0.3 4 Light "
+              "\"PxrSphereLight\" \"l\" \"float intensity\" [20]\nAttributeEnd\n" +
+              foggy("0.5", "\"color densityColor\" [0.03 0.03 0.03] ", kFogBox) + "WorldEnd\n";
+      SceneRender render(r);
+      pictures[seed] = render.channel("Ci");
+    }
+    for (int y = 0; y < 16; ++y)
+      for (int x = 0; x < 16; ++x) {
+        const double d = double(*pictures[0].at(x, y)) - double(*pictures[1].at(x, y));
+        squares.add(d * d);
+      }
+    return squares.mean();
+  };
+  // five times the points where the lamp is near; 256 pixels tell a third from a half
+  EXPECT_LT(variance(5), 0.5 * variance(1));
 }
 
 // Bodies in glass, and what the camera sees of a lamp, end rays before the media do.

@@ -460,32 +460,48 @@ std::string plate(const std::string& more) {
          gray("singlescatterMfpColor", 1) + more + "\n";
 }
 
-// Light samples and directions of the phase function share the lights: as much as light samples find alone, which they do
-// where the scene has media, and where it scatters forward with a part of their noise. A sky, and a lamp close to the ball,
-// which is at another distance from where light scatters than from where it leaves.
+// Light samples and directions of the phase function share the lights: as much as directions find alone, where nothing is in
+// the way, in fog and beside glass that casts tinted shadows; where light scatters forward with a part of the noise that
+// light samples have alone. A sky, and a lamp close to the ball, which is at another distance from where light scatters than
+// from where it leaves.
 TEST(Subsurface, DirectionsAndLightSamplesShareSingleScattering) {
-  const char* const lamp =
+  const std::string lamp =
       "AttributeBegin ConcatTransform [1 0 0 0  0 0 1 0  0 -1 0 0  0 0.3 6.7 1] Light \"PxrRectLight\" \"l\" \"float "
       "intensity\" [5] AttributeEnd\n"
       "AttributeBegin Translate 0 0 6.6 Light \"PxrSphereLight\" \"m\" \"float intensity\" [5] AttributeEnd\n";
-  const char* const haze =
-      "AttributeBegin Bxdf \"PxrVolume\" \"v\" \"color diffuseColor\" [0.5 0.5 0.5] \"float densityFloat\" [1]\n"
-      "Translate 300 0 -900 Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nAttributeEnd\n";
-  for (const char* lights : {kSky, lamp}) {
-    const auto scene = [&](bool shares) {
-      RenderRequest r;
-      r.rib = orthographic(16, 0.9, 32) + unbiased(0) + "WorldBegin\n" + lights + (shares ? "" : haze) +
-              plate(single(number("singlescatterMfp", 0.7) + number("singlescatterDirectionality", 0.8))) + kBall +
-              "WorldEnd\n";
-      return r;
-    };
-    const Moments both = overSeeds(scene(true), 24), samples = overSeeds(scene(false), 24);
-    EXPECT_NEAR(both.mean(), samples.mean(), 4 * std::hypot(both.standardError(), samples.standardError()));
-    EXPECT_LE(both.standardError(), 0.02 * both.mean()) << "too noisy to judge";
-    if (lights == kSky) {
-      EXPECT_LT(both.standardError(), 0.6 * samples.standardError());
+  const std::string fog =
+      "AttributeBegin Bxdf \"PxrVolume\" \"v\" \"color diffuseColor\" [0.5 0.5 0.5] \"color densityColor\" [0.3 0.2 "
+      "0.4]\nVolume \"box\" [-4 4 -4 4 2 9] [0 0 0]\nAttributeEnd\n";
+  const std::string glass =
+      std::string(
+          "AttributeBegin Bxdf \"PxrSurface\" \"g\" \"float diffuseGain\" [0] \"float refractionGain\" [1] "
+          "\"color refractionColor\" [0.4 0.6 0.8] \"float glassIor\" [1.5]\nTranslate 0.1 0.2 6.2 Scale 0.7 2 "
+          "0.1\n") +
+      kCube + "AttributeEnd\n";
+  for (const std::string& lights : {std::string(kSky), lamp})
+    for (const std::string& beside : {std::string(), fog, glass}) {
+      const auto scene = [&](int lightSamples, double gain = 1) {
+        RenderRequest r;
+        r.rib = orthographic(16, 0.9, lightSamples ? 32 : 64) +
+                "Integrator \"PxrPathTracer\" \"i\" \"int maxIndirectBounces\" [0] \"float clampLuminance\" [1e30] "
+                "\"float rouletteThreshold\" [0] \"int allowCaustics\" [0] \"int numLightSamples\" [" +
+                std::to_string(lightSamples) + "]\nWorldBegin\n" + lights + beside +
+                plate(number("singlescatterGain", gain) + number("singlescatterMfp", 0.7) +
+                      number("singlescatterDirectionality", 0.8)) +
+                kBall + "WorldEnd\n";
+        return r;
+      };
+      SCOPED_TRACE(lights + beside);
+      const Moments both = overSeeds(scene(1), 12), directions = overSeeds(scene(0), 12);
+      // what is around the ball, and light samples show of the fog
+      const Moments bothWithout = overSeeds(scene(1, 0), 12), directionsWithout = overSeeds(scene(0, 0), 12);
+      const double body = both.mean() - bothWithout.mean();
+      const double error = std::hypot(std::hypot(both.standardError(), directions.standardError()),
+                                      std::hypot(bothWithout.standardError(), directionsWithout.standardError()));
+      EXPECT_NEAR(body, directions.mean() - directionsWithout.mean(), 4 * error);
+      EXPECT_LE(error, 0.04 * body) << "too noisy to judge";
+      EXPECT_LT(both.standardError(), 0.02 * both.mean());
     }
-  }
 }
 
 // A plate between a camera and a sky: what passes unscattered is Fresnel's transmittance at both faces, as n^2 goes and

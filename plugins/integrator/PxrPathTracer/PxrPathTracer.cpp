@@ -109,6 +109,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->guides = values.number("risPathGuiding") != 0;
   from::learning(values, from::within(values, from::kGuidingSamples), *o);
   o->manifold = from::manifold(values);
+  o->placesInMedia = uint32_t(from::within(values, from::named(kParams, "numVolumeAggregateSamples")));
   o->refractsAlpha = values.number("accumOpacity") != 0;
   o->mostPassed = int32_t(from::within(values, from::named(kParams, "maxContinuationLength")));
   return o;

@@ -159,6 +159,7 @@ struct Data {
     forward.rouletteDepth = depth;
     forward.rouletteThreshold = threshold;
     forward.manifold = from::manifold(v);
+    forward.placesInMedia = uint32_t(from::within(v, from::named(kParams, "numVolumeAggregateSamples")));
     forward.refractsAlpha = v.integer("accumOpacity") != 0;
     forward.unshadowedEnd = from::within(v, from::named(kParams, "catchAllLights"));
     forward.clampCaustic = from::within(v, from::named(kParams, "causticClamp"));

@@ -87,12 +87,14 @@ inline constexpr Param kKeptPaths =
             "Share of light paths that are kept for camera paths to be connected to and merged with: fewer take less "
             "memory and leave more noise. Where --memory-limit has no room for them, they are fewer than that.");
 
-inline constexpr Param kNumVolumeAggregateSamples =
-    param::integer("numVolumeAggregateSamples", 1)
-        .range(1, 64)
-        .help(
-            "No effect: each ray takes one distance in media and one more towards a light; more come by samples a "
-            "pixel.");
+inline constexpr Param kNumVolumeAggregateSamples = param::integer("numVolumeAggregateSamples", 1)
+                                                        .range(1, 64)
+                                                        .help(
+                                                            "Places in media that are drawn on each camera ray by "
+                                                            "where lights are near, each with light samples of its "
+                                                            "own: for beams of light in thin air, where they cost "
+                                                            "less than samples a pixel that do as much. Where light "
+                                                            "paths are traced it has no effect.");
 
 // Which media rays know of; the renderer reads these four by their names.
 inline constexpr Param kVolumeAggregate =
