@@ -5,15 +5,29 @@
 
 namespace kinora::language {
 
+namespace {
+
+// What a constructor makes. Its result may stand in a variable of another triple, which has no say in what becomes of
+// a space.
+Base madeBy(Opcode op) {
+  return op == Opcode::MakeColor    ? Base::Color
+         : op == Opcode::MakePoint  ? Base::Point
+         : op == Opcode::MakeVector ? Base::Vector
+         : op == Opcode::MakeNormal ? Base::Normal
+                                    : Base::Matrix;
+}
+
+}  // namespace
+
 // color, point, vector, normal, matrix: from a number, from components; with a space in front.
 void CodeGenerator::construct(const Instruction& in) {
   const SymbolId result = in.arguments[0];
-  const Symbol& symbol = shader_.symbols[size_t(result)];
+  const Base base = madeBy(in.opcode);
   uint32_t first = 1;
   const bool spaced = in.arguments.size() > 1 && shader_.symbols[size_t(in.arguments[1])].type.base == Base::String;
   if (spaced) ++first;
-  const uint32_t n = uint32_t(componentsOf(symbol.type.base)), given = uint32_t(in.arguments.size()) - first;
-  if (symbol.type.base == Base::Matrix && spaced && given == 1 &&
+  const uint32_t n = uint32_t(componentsOf(base)), given = uint32_t(in.arguments.size()) - first;
+  if (base == Base::Matrix && spaced && given == 1 &&
       shader_.symbols[size_t(in.arguments[2])].type.base == Base::String) {
     const Operand m = matrixBetween(in, in.arguments[1], in.arguments[2]);
     return assign(in, result, m);
@@ -36,7 +50,7 @@ void CodeGenerator::construct(const Instruction& in) {
   const Operand whole = operand(result);
   bool direct = !spaced && whole.varies == varies && !(whole.varies && a_.blends(region_, result));
   for (const Operand& o : parts) direct &= o.reg != whole.reg;
-  made = direct ? whole : temporary(symbol.type.base, n, varies, varies && whole.derivs && derivs);
+  made = direct ? whole : temporary(base, n, varies, varies && whole.derivs && derivs);
   for (uint32_t k = 0; k < n; ++k) {
     const Operand o = parts[given == 1 ? 0 : k];
     const uint32_t at = o.at + (o.components > 1 ? k : 0);
@@ -51,13 +65,13 @@ void CodeGenerator::construct(const Instruction& in) {
   }
   if (direct) return;
   if (!spaced) return assign(in, result, made);
-  if (symbol.type.base == Base::Color) {
+  if (base == Base::Color) {
     const std::string* space = constantString(in.arguments[1]);
     if (!space) return scalar(in, Scalar::Refuse, "a colour space that is not known before the run");
     return transformColor(in, result, made, space, nullptr, true);
   }
   const Operand matrix = matrixBetween(in, in.arguments[1], kNone);
-  if (symbol.type.base == Base::Matrix) {  // space to common, then the given matrix
+  if (base == Base::Matrix) {  // space to common, then the given matrix
     Operand out = temporary(Base::Matrix, 16, true);
     reference(out.reg);
     for (const Operand& o : {matrix, made}) {
@@ -68,14 +82,14 @@ void CodeGenerator::construct(const Instruction& in) {
     return assign(in, result, out);
   }
   Operand m = matrix;
-  if (symbol.type.base == Base::Normal) {
+  if (base == Base::Normal) {
     m = temporary(Base::Matrix, 16, true);
     reference(m.reg);
     reference(matrix.reg);
     word(matrix.varies);
     emit(Vector::MatrixInverse, false);
   }
-  const Operand out = temporary(symbol.type.base, 3, true, made.derivs);
+  const Operand out = temporary(base, 3, true, made.derivs);
   resultWords(out, made.derivs);
   if (made.derivs)
     dualMixedWords(made, 3);
@@ -83,9 +97,9 @@ void CodeGenerator::construct(const Instruction& in) {
     mixedWords(made, 3);
   reference(m.reg);
   word(m.varies);
-  const Vector kernel = symbol.type.base == Base::Point    ? Vector::TransformPoint
-                        : symbol.type.base == Base::Vector ? Vector::TransformVector
-                                                           : Vector::TransformNormal;
+  const Vector kernel = base == Base::Point    ? Vector::TransformPoint
+                        : base == Base::Vector ? Vector::TransformVector
+                                               : Vector::TransformNormal;
   emit(variant(kernel, made.derivs), false);
   assign(in, result, out);
 }
