@@ -21,6 +21,11 @@ inline Implied impliedBy(const char* name) {
   if (!std::strcmp(name, "Os")) return Implied::Opacity;
   return Implied::None;
 }
+// Of every object, whatever it says.
+inline bool isAlwaysImplied(const char* name) {
+  const Implied what = impliedBy(name);
+  return what == Implied::St || what == Implied::S || what == Implied::T;
+}
 inline uint32_t widthOf(Implied what) {
   return what == Implied::Color || what == Implied::Opacity ? 3
          : what == Implied::St                              ? 2

@@ -1,6 +1,7 @@
 #include "shade/shader_groups.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 
@@ -105,7 +106,7 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
             continue;
           }
         }
-        ShaderUse::Varying v{n, i, false, symbol.type.base, {}, s.from == ParamSource::From::Connected};
+        ShaderUse::Varying v{n, i, false, symbol.type.base, s.from == ParamSource::From::Connected};
         const bool differs = s.from != ParamSource::From::Constant && symbol.type.arrayLength == 0;
         if (s.given && s.from == ParamSource::From::Constant)
           layer.settings.push_back({q.name,
@@ -113,11 +114,16 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
                                         ? language::Type{symbol.type.base, int32_t(lengthOf(s, symbol.type.base))}
                                         : symbol.type,
                                     valuesOf(node, i, symbol.type)});
-        if (!symbol.lockGeometry && symbol.type.arrayLength == 0 && s.from == ParamSource::From::Constant &&
-            (q.type != Type::String && q.type != Type::Int && q.type != Type::Matrix)) {
+        // materials that differ in a number say it point by point; an object's primvar stands before either
+        if (!symbol.lockGeometry && symbol.type.arrayLength == 0 && s.from != ParamSource::From::Connected &&
+            q.type != Type::String && q.type != Type::Matrix) {
           v.isPrimvar = true;
-          std::copy_n(s.constant, s.components, v.otherwise);
-          for (uint32_t k = s.components; k < 3; ++k) v.otherwise[k] = s.constant[s.components - 1];
+          if (symbol.hasInitCode && !s.given && !isAlwaysImplied(q.name)) {
+            ShaderUse::Varying& asks = varying[{layer.name, std::string(q.name) + "?"}];
+            asks = v;
+            asks.base = Base::Int;
+            asks.asksWhether = true;
+          }
         }
         if (differs || v.isPrimvar) varying[{layer.name, q.name}] = v;
       }
@@ -141,8 +147,9 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
       const auto it = varying.find({layer.name, parameter.name});
       language::PerPoint out;
       out.isVarying = it != varying.end();
-      out.hasDerivs = out.isVarying && it->second.isPrimvar;
+      out.hasDerivs = out.isVarying && it->second.isPrimvar && it->second.base != Base::Int;
       out.isConnected = out.isVarying && it->second.isConnected;
+      out.isPartial = varying.count({layer.name, parameter.name + "?"}) != 0;
       return out;
     };
     // what somebody outside of the group reads
@@ -226,14 +233,38 @@ Steps stepsOf(const Context* c) {
   return s;
 }
 
+// Whether the object of a point has a primvar, or implies it.
+bool hasPrimvar(const Context* c, const ShadingWorld& world, const geometry::Primvar* p, Implied implied,
+                uint32_t i) {
+  return p || saysImplied(implied, world.tints[world.placementOf(c->place.instance[i], c->place.geometry[i]).tint]);
+}
+const float* gatherWhether(const Context* c, const ContextHost& h, const char* name) {
+  const Implied implied = impliedBy(name);
+  const geometry::Primvar* const* of = primvarsOf(c, name);
+  float* has = newFloats(c);
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const int32_t n = hasPrimvar(c, h.group->world(), of[i], implied, i);
+    std::memcpy(has + i, &n, 4);
+  }
+  return has;
+}
+
+// The bits of the nearest int: primvars are floats here.
+float asInt(float x) {
+  const int32_t n = x >= -0x1p31f && x < 0x1p31f ? int32_t(std::nearbyint(x)) : 0;
+  std::memcpy(&x, &n, 4);
+  return x;
+}
+
 // A parameter that primvars replace, with derivatives: by component.
 struct PrimvarArrays {
   float* v[3];
   float* dx[3];
   float* dy[3];
 };
+// `otherwise`: the parameter's value, for objects without the primvar.
 void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& in, const char* name,
-                   const Steps* steps, PrimvarArrays& out) {
+                   const Value& otherwise, const Steps* steps, PrimvarArrays& out) {
   const uint32_t width = uint32_t(language::componentsOf(in.base));
   const ShadingWorld& world = h.group->world();
   const Implied implied = impliedBy(name);
@@ -255,10 +286,12 @@ void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& i
   }
   for (uint32_t i = 0; i < c->padded; ++i) {
     const geometry::Primvar* p = of[i];
-    const Tint& tint = world.tints[world.placementOf(c->place.instance[i], c->place.geometry[i]).tint];
-    const bool has = p || saysImplied(implied, tint);
+    const bool has = hasPrimvar(c, world, p, implied, i);
     for (uint32_t j = 0; j < width; ++j) {
-      if (!has) out.v[j][i] = in.otherwise[j];
+      if (!has)
+        out.v[j][i] = otherwise.data[j][otherwise.stride ? i : 0];
+      else if (in.base == Base::Int)
+        out.v[j][i] = asInt(out.v[j][i]);
       if (!steps) continue;
       out.dx[j][i] = has ? part[0][0][i] * s.d1[j][i] + part[0][1][i] * s.d2[j][i] : 0.f;
       out.dy[j][i] = has ? part[1][0][i] * s.d1[j][i] + part[1][1][i] * s.d2[j][i] : 0.f;
@@ -329,20 +362,26 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
     const Param& param = h.program->nodes[in.node].plugin->params[in.param];
     const float** v = c->alloc<const float*>(9);
     varying[i] = {v, nullptr, nullptr};
-    if (in.isPrimvar) {
-      PrimvarArrays arrays;
-      gatherPrimvar(c, h, in, param.name, derivs ? &steps : nullptr, arrays);
-      for (int k = 0; k < 3; ++k) v[k] = arrays.v[k], v[3 + k] = arrays.dx[k], v[6 + k] = arrays.dy[k];
-      if (derivs) varying[i].dx = v + 3, varying[i].dy = v + 6;
+    if (in.asksWhether) {
+      v[0] = gatherWhether(c, h, param.name);
       continue;
     }
     h.node = in.node;
     const ParamSource& source = h.program->nodes[in.node].params[in.param];
     Value value = c->param(in.param);
+    if (in.isPrimvar) {
+      PrimvarArrays arrays;
+      gatherPrimvar(c, h, in, param.name, value, derivs ? &steps : nullptr, arrays);
+      for (int k = 0; k < 3; ++k) v[k] = arrays.v[k], v[3 + k] = arrays.dx[k], v[6 + k] = arrays.dy[k];
+      if (derivs) varying[i].dx = v + 3, varying[i].dy = v + 6;
+      continue;
+    }
     const uint32_t components = uint32_t(language::componentsOf(in.base));
     for (uint32_t k = 0; k < components; ++k) {
       const float* from = value.data[std::min(k, value.components - 1)];
-      const float shift = in.base == Base::Point ? float(h.group->world().worldOrigin[k]) : 0.f;
+      // what plug-ins make lies in render space, what the scene says already in the world
+      const bool isShifted = in.base == Base::Point && source.from == ParamSource::From::Connected;
+      const float shift = isShifted ? float(h.group->world().worldOrigin[k]) : 0.f;
       const bool isBits =
           param.type == Type::String || (param.type == Type::Int && source.from == ParamSource::From::Gathered);
       if (value.stride && shift == 0 && (isBits || in.base != Base::Int)) {

@@ -24,8 +24,8 @@ struct ShaderUse {
     uint32_t node = 0, param = 0;
     bool isPrimvar = false;  // of the parameter's name where an object has it, else the parameter's value
     language::Base base = language::Base::Float;
-    float otherwise[3] = {0, 0, 0};
     bool isConnected = false;  // to what is not in the group
+    bool asksWhether = false;  // not the primvar, but whether the object has it: else code computes the value
   };
   std::vector<Varying> varying;  // in the order of the machine's varying inputs
   struct Out {
