@@ -20,15 +20,24 @@ bool giveNumbers(const float* v, uint32_t n, const Span& to, uint32_t i) {
   return language::giveValue({v, nullptr, nullptr, n}, to, i);
 }
 
-// An attribute, or with an index one of its elements.
+// What is asked for of `size` values, `per` an element: all, or with an index one element. Of a colour or the like that
+// is no array a number takes a component.
+struct Part {
+  size_t first = 0, count = 0;  // of none where the index is beyond the end
+};
+Part partOf(size_t size, size_t per, int32_t index, const Span& to) {
+  if (index < 0) return {0, size};
+  if (size == per && to.components == 1) per = 1;
+  const size_t first = size_t(index) * per;
+  return {first, first + per <= size ? per : 0};
+}
+size_t elementSize(scene::ValueType type) {
+  return scene::isFloatBased(type) ? size_t(scene::componentsOf(type)) : 1;
+}
+
 bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uint32_t i) {
-  size_t first = 0, n = p.size();
-  if (index >= 0) {
-    const size_t per = scene::isFloatBased(p.type) ? size_t(scene::componentsOf(p.type)) : 1;
-    first = size_t(index) * per;
-    if (first + per > n) return false;
-    n = per;
-  }
+  const auto [first, n] = partOf(p.size(), elementSize(p.type), index, to);
+  if (n == 0) return false;
   language::GivenValue value;
   value.count = n;
   if (!p.strings.empty())
@@ -44,39 +53,82 @@ bool giveParameter(const scene::Parameter& p, int32_t index, const Span& to, uin
 class AskedPrimvars {
  public:
   explicit AskedPrimvars(const Context* c) : c_(c) {}
-  const Value& of(int32_t name) {
-    for (uint32_t k = 0; k < std::min(count_, kKept); ++k)
-      if (names_[k] == name) return values_[k];
-    const uint32_t k = count_++ % kKept;
-    names_[k] = name;
-    values_[k] = c_->fn->primvar(c_, language::stringOf(name).c_str(), nullptr);
-    return values_[k];
+  const Value& of(int32_t name) { return kept(name, kNarrow); }
+  // Component j of primvars that have more than three, as it is stored.
+  float wide(int32_t name, uint32_t j, uint32_t point) { return kept(name, j / 3).data[j % 3][point]; }
+  // From the object's space to the world.
+  void toWorld(const geometry::Primvar& p, uint32_t point, float v[3]) const {
+    const ContextHost& h = ContextHost::of(c_);
+    primvarToRender(p, ContextHost::of(c_).surface.args(), point, v);
+    for (int j = 0; p.type == scene::ValueType::Point && j < 3; ++j) v[j] += float(h.group->world().worldOrigin[j]);
+  }
+  uint32_t faceAt(const geometry::Mesh& mesh, uint32_t point) const {
+    return mesh.faceOf(c_->place.primitive[point]);
   }
 
  private:
-  static constexpr uint32_t kKept = 8;
+  static constexpr uint32_t kKept = 8, kNarrow = ~0u;
+  const Value& kept(int32_t name, uint32_t triple) {
+    for (uint32_t k = 0; k < std::min(count_, kKept); ++k)
+      if (names_[k] == name && triples_[k] == triple) return values_[k];
+    const uint32_t k = count_++ % kKept;
+    names_[k] = name;
+    triples_[k] = triple;
+    const char* text = language::stringOf(name).c_str();
+    if (triple == kNarrow) return values_[k] = c_->fn->primvar(c_, text, nullptr);
+    const Slopes s = ContextHost::of(c_).surface.slopes(
+        {SlopeSource::What::Primvar, primvarsOf(c_, text), Implied::None, 3 * triple}, 3);
+    return values_[k] = {{s.value[0], s.value[1], s.value[2]}, 1, 3};
+  }
+
   const Context* c_;
   uint32_t count_ = 0;
   int32_t names_[kKept];
+  uint32_t triples_[kKept];
   Value values_[kKept];
 };
 
-// The first `width` components at a point; points in world space.
-bool giveAt(const Value& value, uint32_t width, bool isPoint, const double origin[3], uint32_t point, const Span& to,
-            uint32_t i) {
-  if (value.components < width) return false;
-  float v[3];
-  for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point] + (isPoint ? float(origin[j]) : 0.f);
-  return giveNumbers(v, width, to, i);
+bool givePrimvar(const geometry::Mesh& mesh, const geometry::Primvar& p, AskedPrimvars& asked, int32_t name,
+                 int32_t index, const double origin[3], uint32_t point, const Span& to, uint32_t i) {
+  using Rate = geometry::Primvar::Rate;
+  constexpr uint32_t kMost = 16;
+  if (p.width < 1 || uint32_t(p.width) > kMost) return false;
+  const uint32_t width = uint32_t(p.width);
+  const auto [first, n] = partOf(width, elementSize(p.type), index, to);
+  if (n == 0) return false;
+  if (!p.strings.empty()) {
+    const size_t at = first + (p.rate == Rate::PerFace ? asked.faceAt(mesh, point) * size_t(width) : 0);
+    return at + n <= p.strings.size() && language::giveValue({nullptr, nullptr, p.strings.data() + at, n}, to, i);
+  }
+  if (p.data.empty()) return false;
+  float v[kMost];
+  if (width <= 3) {
+    const Value& value = asked.of(name);
+    if (value.components < width) return false;
+    const bool isPoint = width == 3 && p.type == scene::ValueType::Point;
+    for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point] + (isPoint ? float(origin[j]) : 0.f);
+  } else {
+    for (uint32_t j = 0; j < width; ++j) v[j] = p.rate == Rate::Constant ? p.data[j] : asked.wide(name, j, point);
+    for (uint32_t j = 0; elementSize(p.type) == 3 && j + 3 <= width; j += 3) asked.toWorld(p, point, v + j);
+  }
+  if (p.type != scene::ValueType::Int || language::Base(to.base) != language::Base::Int)
+    return giveNumbers(v + first, n, to, i);
+  int32_t whole[kMost];  // the nearest: between corners with the same int a float may fall short of it
+  for (size_t j = 0; j < n; ++j) {
+    const float x = std::nearbyint(v[first + j]);
+    whole[j] = x >= -0x1p31f && x < 0x1p31f ? int32_t(x) : INT32_MIN;
+  }
+  return language::giveValue({nullptr, whole, nullptr, n}, to, i);
 }
 
-bool givePrimvar(const geometry::Primvar& p, AskedPrimvars& asked, int32_t name, const double origin[3],
-                 uint32_t point, const Span& to, uint32_t i) {
-  if (p.data.empty() || p.width < 1 || p.width > 16) return false;
-  if (p.width <= 3)
-    return giveAt(asked.of(name), uint32_t(p.width), p.width == 3 && p.type == scene::ValueType::Point, origin, point,
-                  to, i);
-  return p.rate == geometry::Primvar::Rate::Constant && giveNumbers(p.data.data(), uint32_t(p.width), to, i);
+// What objects have without having been given it.
+bool giveImplied(Implied what, const Value& value, int32_t index, uint32_t point, const Span& to, uint32_t i) {
+  const uint32_t width = widthOf(what);
+  const auto [first, n] = partOf(width, width == 3 ? 3 : 1, index, to);
+  if (n == 0 || value.components < width) return false;
+  float v[3];
+  for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point];
+  return giveNumbers(v + first, n, to, i);
 }
 
 // RenderMan's names for what every point has.
@@ -154,14 +206,15 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
     bool has = false;
     if (object.components && object.integer(0, i) != 0) {
       has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
-    } else {
-      if (primvar && element < 0) has = givePrimvar(*primvar, primvars, handle, world.worldOrigin, point, to, i);
-      if (!has && implied != Implied::None && element < 0) {
+    } else if (!index.components || element >= 0) {
+      if (primvar)
+        has = givePrimvar(world.world->mesh(geometry), *primvar, primvars, handle, element, world.worldOrigin, point,
+                          to, i);
+      if (!has && implied != Implied::None) {
         const Tint& tint = world.tints[world.placementOf(instance, geometry).tint];
-        if (saysImplied(implied, tint))
-          has = giveAt(primvars.of(handle), widthOf(implied), false, world.worldOrigin, point, to, i);
+        if (saysImplied(implied, tint)) has = giveImplied(implied, primvars.of(handle), element, point, to, i);
       }
-      if (!has && attribute && !(index.components && element < 0)) has = giveParameter(*attribute, element, to, i);
+      if (!has && attribute) has = giveParameter(*attribute, element, to, i);
     }
     found.set(0, i, int32_t(has));
   }

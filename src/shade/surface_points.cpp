@@ -414,8 +414,8 @@ struct Surface {
             how = implied(a, s, point, source.implied, j, c);
           else if (p->width == 1)
             how = cornersOf(*p, s, 0, c);
-          else if (j < uint32_t(p->width))
-            how = cornersOf(*p, s, j, c);
+          else if (source.first + j < uint32_t(p->width))
+            how = cornersOf(*p, s, source.first + j, c);
           else
             how = given(0, 0, 0, c);
           across[j][l] = int32_t(how);

@@ -39,6 +39,7 @@ struct SlopeSource {
   enum class What : uint8_t { PatchUV, St, Primvar } what;
   const geometry::Primvar* const* primvar = nullptr;  // Primvar: by point; null: the implied one there
   Implied implied = Implied::None;
+  uint32_t first = 0;  // component, of primvars that have more than three
 };
 
 struct SurfaceKernels {
