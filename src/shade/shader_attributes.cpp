@@ -56,15 +56,6 @@ class AskedPrimvars {
   const Value& of(int32_t name) { return kept(name, kNarrow); }
   // Component j of primvars that have more than three, as it is stored.
   float wide(int32_t name, uint32_t j, uint32_t point) { return kept(name, j / 3).data[j % 3][point]; }
-  // From the object's space to the world.
-  void toWorld(const geometry::Primvar& p, uint32_t point, float v[3]) const {
-    const ContextHost& h = ContextHost::of(c_);
-    primvarToRender(p, ContextHost::of(c_).surface.args(), point, v);
-    for (int j = 0; p.type == scene::ValueType::Point && j < 3; ++j) v[j] += float(h.group->world().worldOrigin[j]);
-  }
-  uint32_t faceAt(const geometry::Mesh& mesh, uint32_t point) const {
-    return mesh.faceOf(c_->place.primitive[point]);
-  }
 
  private:
   static constexpr uint32_t kKept = 8, kNarrow = ~0u;
@@ -88,8 +79,9 @@ class AskedPrimvars {
   Value values_[kKept];
 };
 
-bool givePrimvar(const geometry::Mesh& mesh, const geometry::Primvar& p, AskedPrimvars& asked, int32_t name,
-                 int32_t index, const double origin[3], uint32_t point, const Span& to, uint32_t i) {
+// All of a primvar, or one element; what lies in space in the world's.
+bool givePrimvar(const Context* c, ContextHost& h, const geometry::Primvar& p, AskedPrimvars& asked, int32_t name,
+                 int32_t index, uint32_t point, const Span& to, uint32_t i) {
   using Rate = geometry::Primvar::Rate;
   constexpr uint32_t kMost = 16;
   if (p.width < 1 || uint32_t(p.width) > kMost) return false;
@@ -97,20 +89,23 @@ bool givePrimvar(const geometry::Mesh& mesh, const geometry::Primvar& p, AskedPr
   const auto [first, n] = partOf(width, elementSize(p.type), index, to);
   if (n == 0) return false;
   if (!p.strings.empty()) {
-    const size_t at = first + (p.rate == Rate::PerFace ? asked.faceAt(mesh, point) * size_t(width) : 0);
+    size_t at = first;
+    if (p.rate == Rate::PerFace)
+      at += size_t(width) * h.group->world().world->mesh(c->place.geometry[point]).faceOf(c->place.primitive[point]);
     return at + n <= p.strings.size() && language::giveValue({nullptr, nullptr, p.strings.data() + at, n}, to, i);
   }
   if (p.data.empty()) return false;
   float v[kMost];
   if (width <= 3) {
-    const Value& value = asked.of(name);
+    const Value& value = asked.of(name);  // in render space
     if (value.components < width) return false;
-    const bool isPoint = width == 3 && p.type == scene::ValueType::Point;
-    for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point] + (isPoint ? float(origin[j]) : 0.f);
+    for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point];
   } else {
     for (uint32_t j = 0; j < width; ++j) v[j] = p.rate == Rate::Constant ? p.data[j] : asked.wide(name, j, point);
-    for (uint32_t j = 0; elementSize(p.type) == 3 && j + 3 <= width; j += 3) asked.toWorld(p, point, v + j);
+    for (uint32_t j = 0; width % 3 == 0 && j < width; j += 3) primvarToRender(p, h.surface.args(), point, v + j);
   }
+  for (uint32_t j = 0; p.type == scene::ValueType::Point && j < width; ++j)
+    v[j] += float(h.group->world().worldOrigin[j % 3]);
   if (p.type != scene::ValueType::Int || language::Base(to.base) != language::Base::Int)
     return giveNumbers(v + first, n, to, i);
   int32_t whole[kMost];  // the nearest: between corners with the same int a float may fall short of it
@@ -207,9 +202,7 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
     if (object.components && object.integer(0, i) != 0) {
       has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
     } else if (!index.components || element >= 0) {
-      if (primvar)
-        has = givePrimvar(world.world->mesh(geometry), *primvar, primvars, handle, element, world.worldOrigin, point,
-                          to, i);
+      if (primvar) has = givePrimvar(c, h, *primvar, primvars, handle, element, point, to, i);
       if (!has && implied != Implied::None) {
         const Tint& tint = world.tints[world.placementOf(instance, geometry).tint];
         if (saysImplied(implied, tint)) has = giveImplied(implied, primvars.of(handle), element, point, to, i);

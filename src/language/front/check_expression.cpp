@@ -438,7 +438,7 @@ bool Checker::writable(Expr* e) {
         messages_.warning(e->pos, "parameter " + name + " is no output: the caller's value stays as it is");
       break;
     case VarKind::Global:
-      if (hasShader_ && kind_ != ShaderKind::Shader && !isWritable(v->globalIndex, kind_))
+      if (hasShader_ && !isWritable(v->globalIndex, kind_))
         messages_.warning(e->pos, "shaders of this kind should not write " + name);
       break;
     default:

@@ -18,7 +18,7 @@ struct Global {
   Base base;
   uint8_t readable, writable;
 };
-// reference: osl, section 4. A generic shader may read all and write none
+// reference: osl, section 4. A generic shader may read all, and write what shaders of some kind may
 constexpr Global kGlobals[] = {
     {"P", Base::Point, kAll, kDisplacement},
     {"I", Base::Vector, kSurface | kVolume, 0},
@@ -47,7 +47,10 @@ uint8_t bitOf(ShaderKind kind) {
 bool isReadable(uint32_t global, ShaderKind kind) {
   return kind == ShaderKind::Shader || (kGlobals[global].readable & bitOf(kind));
 }
-bool isWritable(uint32_t global, ShaderKind kind) { return kGlobals[global].writable & bitOf(kind); }
+bool isWritable(uint32_t global, ShaderKind kind) {
+  const uint8_t writable = kGlobals[global].writable;
+  return kind == ShaderKind::Shader ? writable != 0 : writable & bitOf(kind);
+}
 
 std::string Checker::text(const Type& type) const {
   if (isPoison(type)) return "?";
