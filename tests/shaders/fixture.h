@@ -42,11 +42,19 @@ Translate 0 0 1
     EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
     return render.ok() ? stateOf(render.film()) : std::vector<int64_t>();
   }
-  std::array<float, 3> middleOf(SceneRender& render) {
+  // Two materials, each with primvars of its own: a square over the left half of the picture in front of the whole one.
+  RenderRequest halvesOf(const std::string& left, const std::string& leftPrimvars, const std::string& right,
+                         const std::string& rightPrimvars) {
+    return requestOf("AttributeBegin\n" + left + "Polygon \"P\" [-1 -1 0  -1 1 0  0 1 0  0 -1 0] " + leftPrimvars +
+                         "\nAttributeEnd\nTranslate 0 0 .5\n" + right,
+                     rightPrimvars);
+  }
+  static std::array<float, 3> at(SceneRender& render, int x) {
     const image::Image picture = render.channel("Ci");
-    const float* p = picture.at(8, 8);
+    const float* p = picture.at(x, 8);
     return {p[0], p[1], p[2]};
   }
+  std::array<float, 3> middleOf(SceneRender& render) { return at(render, 8); }
   // Lines of a code among those that a render gave.
   static size_t told(const SceneRender& render, const std::string& code) {
     size_t n = 0;

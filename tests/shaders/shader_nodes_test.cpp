@@ -37,6 +37,48 @@ TEST_F(Shaders, TextureCoordinatesPrimvarsAndDefaults) {
   EXPECT_FLOAT_EQ(middleOf(replaced)[2], 0.75f);
 }
 
+// Whether or not the materials of the scene say the same of a parameter, an object's primvar stands before it.
+TEST_F(Shaders, PrimvarsReplaceWhatMaterialsSayDifferently) {
+  using Rgb = std::array<float, 3>;
+  write("own.osl", R"(shader own(float k = 0 [[int lockgeom = 0]], int n = 0 [[int lockgeom = 0]],
+    float made = 3 * k [[int lockgeom = 0]], output color result = 0) { result = color(k, n, made); })");
+  const auto own = [](const std::string& parameters) { return "Pattern \"own\" \"n\" " + parameters + "\n" + kShow; };
+  SceneRender differ(halvesOf(own("\"float k\" [.5] \"int n\" [2]"),
+                              "\"constant float k\" [.25] \"constant int n\" [7]",
+                              own("\"float k\" [.125] \"int n\" [3]"), "\"constant float made\" [9]"));
+  ASSERT_TRUE(differ.ok());
+  EXPECT_EQ(at(differ, 3), (Rgb{.25f, 7, .75f}));
+  EXPECT_EQ(at(differ, 12), (Rgb{.125f, 3, 9}));
+  const std::string same = own("\"float k\" [.5] \"int n\" [2]");
+  SceneRender alike(halvesOf(same, "\"constant int n\" [7]", same, "\"constant float made\" [9]"));
+  ASSERT_TRUE(alike.ok());
+  EXPECT_EQ(at(alike, 3), (Rgb{.5f, 7, 1.5f}));
+  EXPECT_EQ(at(alike, 12), (Rgb{.5f, 2, 9}));
+  // what materials give stands before the code of a default
+  SceneRender given(halvesOf(own("\"float made\" [4]"), "", own("\"float made\" [5]"), "\"constant float k\" [1]"));
+  ASSERT_TRUE(given.ok());
+  EXPECT_EQ(at(given, 3), (Rgb{0, 0, 4}));
+  EXPECT_EQ(at(given, 12), (Rgb{1, 0, 5}));
+}
+
+// Render space begins elsewhere where the camera is far from the origin. Points that a scene says lie in the world.
+TEST_F(Shaders, PointsOfMaterialsLieInTheWorld) {
+  using Rgb = std::array<float, 3>;
+  write("where.osl", R"(shader where(point p = 0, point own = 0 [[int lockgeom = 0]], output color result = 0)
+    { result = color(p[0], own[0] > 1000 ? own[0] - 5000 : own[0], own[1]); })");
+  const auto where = [](const std::string& parameters) {
+    return "Pattern \"where\" \"n\" " + parameters + "\n" + kShow;
+  };
+  RenderRequest r = halvesOf(where("\"point p\" [1 2 3] \"point own\" [4 5 6]"), "\"constant point own\" [.5 0 0]",
+                             where("\"point p\" [2 3 4] \"point own\" [5 6 7]"), "");
+  r.rib.insert(r.rib.find("WorldBegin"), "Translate -5000 0 0\n");
+  r.rib.insert(r.rib.find("AttributeBegin"), "Translate 5000 0 0\n");
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  EXPECT_EQ(at(render, 3), (Rgb{1, .5f, 0}));
+  EXPECT_EQ(at(render, 12), (Rgb{2, 5, 6}));
+}
+
 TEST_F(Shaders, DerivativesAreThoseOfThePicture) {
   // one step is one pixel: a sixteenth of s and t
   write("steps.osl",

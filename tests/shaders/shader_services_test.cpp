@@ -218,6 +218,40 @@ TEST_F(ShaderServiceCalls, AttributesOfObjectsAndTheCamera) {
   EXPECT_EQ(n[2], 0);
 }
 
+TEST_F(ShaderServiceCalls, ElementsAndStringsOfPrimvars) {
+  const std::string primvars =
+      "\"constant float[3] list\" [.1 .2 .3] \"constant color tint\" [.4 .5 .6] \"constant color[2] tints\" [1 2 3 4 "
+      "5 "
+      "6] \"constant int[2] ids\" [7 9] \"constant string label\" [\"hero\"] \"uniform string[2] kinds\" [\"a\" "
+      "\"b\"] "
+      "\"vertex float[4] wide\" [1 2 3 -1  1 2 3 -1  1 2 3 1  1 2 3 1]";
+  EXPECT_EQ(asked("float a = 0, t = 0; color whole = 0; getattribute(\"list\", 1, a); getattribute(\"tint\", 2, t); "
+                  "getattribute(\"tint\", 0, whole); result = color(a, t, whole[1]);",
+                  "", primvars),
+            (Rgb{.2f, .6f, .5f}));
+  EXPECT_EQ(asked("getattribute(\"tints\", 1, result);", "", primvars), (Rgb{4, 5, 6}));
+  EXPECT_EQ(asked("float x = 7; result = color(getattribute(\"list\", 3, x), getattribute(\"list\", -1, x), x);", "",
+                  primvars),
+            (Rgb{0, 0, 7}));
+  EXPECT_EQ(
+      asked("string l = \"\", k = \"\"; int n[2] = {0, 0}; getattribute(\"label\", l); getattribute(\"kinds\", 1, "
+            "k); getattribute(\"ids\", n); result = color(l == \"hero\", k == \"b\", n[1]);",
+            "", primvars),
+      (Rgb{1, 1, 9}));
+  EXPECT_EQ(
+      asked("float one = -1, both[2] = {-1, -1}; getattribute(\"st\", 1, one); getattribute(\"st\", both); result = "
+            "color(one == both[1], one > 0, 0);"),
+      (Rgb{1, 1, 0}));
+  // wider than three and between vertices: the last is x
+  const Rgb wide = asked(
+      "float w[4] = {0, 0, 0, 0}, last = 0; getattribute(\"wide\", w); getattribute(\"wide\", 3, last); "
+      "result = color(w[2], w[3] - P[0], last - P[0]);",
+      "", primvars);
+  EXPECT_NEAR(wide[0], 3, 1e-5);
+  EXPECT_NEAR(wide[1], 0, 1e-5);
+  EXPECT_NEAR(wide[2], 0, 1e-5);
+}
+
 TEST_F(ShaderServiceCalls, MessagesRaysAndSurfaces) {
   write("first.osl", "shader first(output color result = 0) { setmessage(\"said\", 3.0); result = 1; }");
   write("second.osl",

@@ -88,7 +88,9 @@ TEST(Lower, GlobalsByShaderKind) {
   EXPECT_TRUE(compiled("surface t() { P = P + N; }").says("should not write 'P'"));
   EXPECT_TRUE(compiled("volume t() { vector x = N; }").says("have no 'N'"));
   EXPECT_TRUE(compiled("displacement t() { Ci = 0; }").says("have no 'Ci'"));
-  EXPECT_EQ(compiled("shader t() { vector x = N + I + dPdu; }").warnings, "");
+  EXPECT_EQ(compiled("shader t() { vector x = N + I + dPdu; P = P + N; N = -N; }").warnings, "");
+  EXPECT_TRUE(compiled("shader t() { u = 3; }").says("should not write 'u'"));
+  EXPECT_TRUE(compiled("surface t() { u = 3; }").says("should not write 'u'"));
 }
 
 TEST(Lower, ShortCircuits) {
