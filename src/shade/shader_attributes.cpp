@@ -107,7 +107,7 @@ bool givePrimvar(const Context* c, ContextHost& h, const geometry::Primvar& p, A
   for (uint32_t j = 0; p.type == scene::ValueType::Point && j < width; ++j)
     v[j] += float(h.group->world().worldOrigin[j % 3]);
   if (p.type != scene::ValueType::Int || language::Base(to.base) != language::Base::Int)
-    return giveNumbers(v + first, n, to, i);
+    return giveNumbers(v + first, uint32_t(n), to, i);
   int32_t whole[kMost];  // the nearest: between corners with the same int a float may fall short of it
   for (size_t j = 0; j < n; ++j) {
     const float x = std::nearbyint(v[first + j]);
@@ -123,7 +123,7 @@ bool giveImplied(Implied what, const Value& value, int32_t index, uint32_t point
   if (n == 0 || value.components < width) return false;
   float v[3];
   for (uint32_t j = 0; j < width; ++j) v[j] = value.data[j][point];
-  return giveNumbers(v + first, n, to, i);
+  return giveNumbers(v + first, uint32_t(n), to, i);
 }
 
 // RenderMan's names for what every point has.

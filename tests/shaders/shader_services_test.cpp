@@ -220,10 +220,9 @@ TEST_F(ShaderServiceCalls, AttributesOfObjectsAndTheCamera) {
 
 TEST_F(ShaderServiceCalls, ElementsAndStringsOfPrimvars) {
   const std::string primvars =
-      "\"constant float[3] list\" [.1 .2 .3] \"constant color tint\" [.4 .5 .6] \"constant color[2] tints\" [1 2 3 4 "
-      "5 "
-      "6] \"constant int[2] ids\" [7 9] \"constant string label\" [\"hero\"] \"uniform string[2] kinds\" [\"a\" "
-      "\"b\"] "
+      "\"constant float[3] list\" [.1 .2 .3] \"constant color tint\" [.4 .5 .6] "
+      "\"constant color[2] tints\" [1 2 3 4 5 6] \"constant int[2] ids\" [7 9] \"constant string label\" [\"hero\"] "
+      "\"uniform string[2] kinds\" [\"a\" \"b\"] "
       "\"vertex float[4] wide\" [1 2 3 -1  1 2 3 -1  1 2 3 1  1 2 3 1]";
   EXPECT_EQ(asked("float a = 0, t = 0; color whole = 0; getattribute(\"list\", 1, a); getattribute(\"tint\", 2, t); "
                   "getattribute(\"tint\", 0, whole); result = color(a, t, whole[1]);",
