@@ -1,5 +1,6 @@
 // Helpers for pattern authors: loading values and making outputs for W points. Included per target.
 #include <kinora/pattern.h>
+#include <kinora/primvar_kind.h>
 #include <cstring>
 #include <initializer_list>
 #include <iterator>
@@ -204,13 +205,12 @@ KN_INLINE Vec3<W> moveBy(const MatrixValue& m, Moves how, Vec3<W> v, At at) {
   }
   return Vec3<W>(r[0], r[1], r[2]);
 }
-// Takes a value from render space to a named one; unknown spaces leave it where it is.
+// Takes a value from one named space to another; unknown spaces leave it where it is.
 template <int W>
-inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
+inline void between(const Context& c, const char* from, const char* to, Moves how, Value& v) {
   MatrixValue m;
   const bool normal = how == Moves::Normal;
-  if (how == Moves::No || !(normal ? c.fn->matrix(&c, space, "render", &m) : c.fn->matrix(&c, "render", space, &m)))
-    return;
+  if (how == Moves::No || !(normal ? c.fn->matrix(&c, to, from, &m) : c.fn->matrix(&c, from, to, &m))) return;
   const bool one = v.uniform() && m.uniform();
   const Value in = v;
   float* out[3];
@@ -222,13 +222,97 @@ inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
   }
 }
 
-// The gradients of the components of a position that toSpace() takes from render space: of P, or of a primvar.
 template <int W>
-inline void positionGradients(const Context& c, const char* space, const char* primvar, Value out[3]) {
+inline void toSpace(const Context& c, const char* space, Moves how, Value& v) {
+  between<W>(c, "render", space, how, v);
+}
+
+// ---- primitive variables ----
+// A primitive variable at the points of a context, whose objects may have one of that name or not.
+struct Primvar {
+  Value value;   // components 0: no object of the scene has it
+  Value radius;  // ContextFunctions::primvar's; null where value is
+  bool isSomewhere = false, isEverywhere = false;
+  // name: null or "" for none.
+  Primvar(const Context& c, const char* name) {
+    if (!name || !*name) return;
+    value = c.fn->primvar(&c, name, &radius);
+    if (!value.components) return;
+    isEverywhere = isSomewhere = true;
+    if (radius.components < 3) return;  // of contexts whose points are all alike
+    isSomewhere = false;
+    for (uint32_t i = 0; i < c.count; ++i) (components()[i] > 0 ? isSomewhere : isEverywhere) = components()[i] > 0;
+  }
+  // By point; null where all points have as many as the value.
+  const float* components() const { return radius.components < 3 ? nullptr : radius.data[kPrimvarComponents]; }
+  const float* kinds() const { return radius.components < 3 ? nullptr : radius.data[kPrimvarKind]; }
+};
+
+// `a` at points that have more than `least`, else `b`; as many components as `a` has, numbers fill them.
+inline Value chosenByPoint(const Context& c, const float* has, float least, const Value& a, const Value& b) {
+  Value out;
+  float* data[3];
+  makeOutput(c, out, a.components, false, data);
+  for (uint32_t k = 0; k < a.components; ++k) {
+    const float* other = b.data[k < b.components ? k : b.components - 1];
+    for (uint32_t i = 0; i < c.padded; ++i)
+      data[k][i] = has[i] > least ? a.data[k][a.stride ? i : 0] : other[b.stride ? i : 0];
+  }
+  return out;
+}
+// The variable where objects have it, else `otherwise`.
+inline Value primvarOr(const Context& c, const Primvar& v, const Value& otherwise) {
+  if (v.isEverywhere) return v.value;
+  return v.isSomewhere ? chosenByPoint(c, v.components(), 0, v.value, otherwise) : otherwise;
+}
+inline Value footprintOr(const Context& c, const Primvar& v, const Value& otherwise) {
+  if (!v.isSomewhere || !v.radius.components) return otherwise;
+  Value own;
+  shareComponent(v.radius, kPrimvarFootprint, own);
+  return v.isEverywhere ? own : chosenByPoint(c, v.components(), 0, own, otherwise);
+}
+
+// Positions or directions (`how`) that a variable of three components says, in a named space; `otherwise`, which lies
+// in that space, where an object has none. They are the object's own: what is said as point, vector or normal moves as
+// such to its space, what is said as numbers or as a colour is there already, and moves on as `how` says.
+template <int W>
+inline Value placesOr(const Context& c, const Primvar& v, const char* space, Moves how, const Value& otherwise) {
+  if (!v.isSomewhere || v.value.components != 3) return otherwise;
+  static constexpr Moves kMoves[] = {Moves::No, Moves::Point, Moves::Vector, Moves::Normal};
+  const float* const kinds = v.kinds();
+  uint32_t there = kinds ? 0 : 1u << uint32_t(how);
+  for (uint32_t i = 0; kinds && i < c.count; ++i)
+    if (v.components()[i] > 0) there |= 1u << uint32_t(kinds[i]);
+  Value out;
+  for (uint32_t kind = 0; kind < 4; ++kind) {
+    if (!(there >> kind & 1)) continue;
+    Value x = v.value;
+    if (kMoves[kind] == how) {
+      toSpace<W>(c, space, how, x);
+    } else {
+      toSpace<W>(c, "object", kMoves[kind], x);
+      if (std::strcmp(space, "object")) between<W>(c, "object", space, how, x);
+    }
+    if (!out.components) {
+      out = x;
+      continue;
+    }
+    float* is = c.alloc<float>(c.padded);
+    for (uint32_t i = 0; i < c.padded; ++i) is[i] = kinds[i] == float(kind);
+    out = chosenByPoint(c, is, 0, x, out);
+  }
+  return v.isEverywhere || !v.components() ? out : chosenByPoint(c, v.components(), 0, out, otherwise);
+}
+
+// The gradients of the components of a position that toSpace() takes from render space: of P, or of a variable where
+// objects have it.
+template <int W>
+inline void positionGradients(const Context& c, const char* space, const char* name, const Primvar& primvar,
+                              Value out[3]) {
   MatrixValue m;
   c.fn->matrix(&c, "render", space, &m);
   Value own[3];
-  for (uint32_t j = 0; primvar && j < 3; ++j) own[j] = c.fn->gradient(&c, primvar, j);
+  for (uint32_t j = 0; primvar.isSomewhere && j < 3; ++j) own[j] = c.fn->gradient(&c, name, j);
   for (uint32_t k = 0; k < 3; ++k) {
     float* g[3];
     makeOutput(c, out[k], 3, false, g);
@@ -237,12 +321,22 @@ inline void positionGradients(const Context& c, const char* space, const char* p
       const auto entry = [&](uint32_t j) {
         return m.stride ? loadFloat<W>(m.m[4 * j + k], at) : Float<W>(m.m[4 * j + k][0]);
       };
-      Vec3<W> sum(entry(0), entry(1), entry(2));
+      const Vec3<W> ofP(entry(0), entry(1), entry(2));
+      Vec3<W> sum = ofP;
       if (own[0].components)
         sum = fma(loadVec<W>(own[0], at), sum.x, fma(loadVec<W>(own[1], at), sum.y, loadVec<W>(own[2], at) * sum.z));
+      if (primvar.isSomewhere && !primvar.isEverywhere)
+        sum = select(Float<W>::load(primvar.components() + i) > Float<W>(0.f), sum, ofP);
       sum.store(g, i);
     }
   }
+}
+
+// A parameter whose very value decides what runs, beside what is connected to it: materials that differ in it have
+// programs of their own, so that all points of a context have the same.
+constexpr Param structural(Param p) {
+  p.flags |= kParamFixed;
+  return p;
 }
 
 // For nodes that make one colour (kComponents 3) or number (1) of inputs at the same point. `B` has

@@ -1,4 +1,6 @@
 // What a Context answers: parameters (constants, gathered blocks, networks), built-ins, primvars, textures, matrices.
+#include <kinora/primvar_kind.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -281,6 +283,19 @@ Value acrossRibbon(const Context* c) {
   return out;
 }
 
+PrimvarKind kindOf(scene::ValueType type) {
+  switch (type) {
+    case scene::ValueType::Point:
+      return PrimvarKind::Point;
+    case scene::ValueType::Vector:
+      return PrimvarKind::Vector;
+    case scene::ValueType::Normal:
+      return PrimvarKind::Normal;
+    default:
+      return PrimvarKind::Number;
+  }
+}
+
 Value primvar(const Context* c, const char* name, Value* radius) {
   ContextHost& h = ContextHost::of(c);
   const uint32_t n = c->padded;
@@ -292,7 +307,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     return out;
   }
   // The widest of that name in the scene holds for all points, so that it does not matter which ones share a context;
-  // objects without it give 0, numbers fill all components.
+  // objects without it give 0 and say so, numbers fill all components.
   const ShadingWorld& world = h.group->world();
   const auto known = world.primvarWidths.find(std::string_view(name));
   if (known == world.primvarWidths.end()) {
@@ -311,25 +326,34 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     primvarToRender(*of[i], args, i, v);
     for (int j = 0; j < 3; ++j) s.value[j][i] = v[j];
   }
-  if (c->traits & kTraitInSpace) fieldsInMedia(c, name, width, s.value);
+  float* inField = c->traits & kTraitInSpace ? floats(c) : nullptr;
+  if (inField) fieldsInMedia(c, name, width, s.value, inField);
   out.components = width;
   out.stride = 1;
   for (uint32_t j = 0; j < width; ++j) out.data[j] = s.value[j];
   if (!radius) return out;
-  float* r = floats(c);
+  float *r = floats(c), *components = floats(c), *kind = floats(c);
   const float *const *e1 = surface.edge(0), *const *e2 = surface.edge(1);
   if (width > 1) surface.kernels().footprints(n, c->radius, e1, e2, s, r);
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t own = std::min(width, of[i] ? uint32_t(of[i]->width) : widthOf(implied));
+    const bool has =
+        of[i] ||
+        (implied != Implied::None &&
+         saysImplied(implied, world.tints[world.placementOf(c->place.instance[i], c->place.geometry[i]).tint]));
+    components[i] = has ? float(own) : inField ? inField[i] : 0.f;
+    kind[i] = float(of[i] && own == 3 ? kindOf(of[i]->type) : PrimvarKind::Number);
     if (own == 0) r[i] = 0;
     if (own != 1) continue;
     const float a[3] = {e1[0][i], e1[1][i], e1[2][i]}, b[3] = {e2[0][i], e2[1][i], e2[2][i]};
     r[i] = c->radius[i] * slopeOf(args, i, a, b, s.d1[0][i], s.d2[0][i]);
   }
   *radius = Value();
-  radius->data[0] = r;
+  radius->data[kPrimvarFootprint] = r;
+  radius->data[kPrimvarComponents] = components;
+  radius->data[kPrimvarKind] = kind;
   radius->stride = 1;
-  radius->components = 1;
+  radius->components = 3;
   return out;
 }
 

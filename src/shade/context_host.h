@@ -52,7 +52,7 @@ extern const ContextFunctions kContextFunctions;
 // Of contexts of points in media: their places in object space, with the factor of lengths on the way there; and what
 // the grids of their objects hold by that name, where they do (other points keep what is there).
 void placesInMedia(const Context* c, float* const Po[3], float* scale);
-void fieldsInMedia(const Context* c, const char* name, uint32_t components, float* const value[3]);
+void fieldsInMedia(const Context* c, const char* name, uint32_t components, float* const value[3], float* has);
 
 // Calls f(run, state, first) for each run of shadow rays, with what the vertices hand on that the rays leave.
 template <class F>

@@ -15,7 +15,7 @@ shader PxrAttribute(string varname = "", string type = "float", int defaultInt =
                     vector defaultFloat3 = 0, color defaultColor = 0, int verbosity = 0,
                     output color resultRGB = 0, output float resultR = 0, output float resultG = 0,
                     output float resultB = 0, output float resultF = 0, output int resultI = 0) {
-  color c = defaultFloat;
+  color c = defaultFloat, three = 0;
   int whole = 0;
   float number = 0;
   float pair[2] = {0, 0};
@@ -24,12 +24,13 @@ shader PxrAttribute(string varname = "", string type = "float", int defaultInt =
     c = defaultColor;
     if (!getattribute(varname, c) && getattribute(varname, number)) c = number;
   } else if (type == "int") {
-    c = defaultInt;
-    if (getattribute(varname, whole)) c = whole;
-    else if (getattribute(varname, number)) c = trunc(number);
+    if (!getattribute(varname, whole)) whole = getattribute(varname, number) ? (int)trunc(number) : defaultInt;
+    c = whole;
   } else if (type == "float") {
     if (getattribute(varname, number)) c = number;
     else if (getattribute(varname, whole)) c = whole;
+    else if (getattribute(varname, pair)) c = pair[0];
+    else if (getattribute(varname, three)) c = three[0];
   } else if (type == "float2") {
     c = (color)defaultFloat3;
     if (getattribute(varname, pair)) c = color(pair[0], pair[1], 0);
@@ -42,7 +43,7 @@ shader PxrAttribute(string varname = "", string type = "float", int defaultInt =
   resultG = c[1];
   resultB = c[2];
   resultF = c[0];
-  resultI = (int)c[0];
+  resultI = type == "int" ? whole : (int)c[0];
 }
 )";
 

@@ -44,6 +44,33 @@ TEST(ColorPatterns, ExposureGammaClampInvert) {
   expectRgb(i, 0, 1, 1);
 }
 
+// Colours brighter than white keep their hue, powers of numbers below 0 their parity, and what lies within limits itself.
+TEST(ColorPatterns, BeyondWhiteAndBelowBlack) {
+  TestContext h("PxrHSL", 1);
+  h.set("inputRGB", rgb(1, 0.5f, 0.5f));
+  h.set("luminance", 2);
+  ASSERT_TRUE(h.run(8));
+  expectRgb(h, 1.5f, 1.5f, 1.5f);
+  TestContext i("PxrInvert", 1);
+  i.set("inputRGB", rgb(2, 0.5f, 0.5f));
+  i.set("colorModel", 1);
+  i.set("invertChannel0", 0);
+  i.set("invertChannel1", 0);
+  ASSERT_TRUE(i.run(8));  // scaled to 1 .25 .25, of lightness .625, which becomes .375
+  expectRgb(i, 1.5f, 0, 0, 1e-4f);
+  TestContext p("PxrArithmetic", 1);
+  p.set("inputA", rgb(-7, -2, -2));
+  p.set("inputB", rgb(2, 2, 3));
+  p.set("operation", 6);
+  ASSERT_TRUE(p.run(8));
+  expectRgb(p, 49, 4, -8, 1e-3f);
+  TestContext c("PxrClamp", 1);
+  c.set("inputRGB", rgb(0, 1, 1.25f));
+  c.set("modulus", 1);
+  ASSERT_TRUE(c.run(8));
+  expectRgb(c, 0, 1, 0.25f);
+}
+
 TEST(ColorPatterns, RemapBiasAndGain) {
   TestContext t("PxrRemap", 1);
   t.set("inputRGB", rgb(2, 3, 9));

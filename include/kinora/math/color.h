@@ -113,7 +113,7 @@ KN_INLINE Vec3<W> rgbToHsl(Rgb<W> c) {
 template <int W>
 KN_INLINE Rgb<W> hslToRgb(Vec3<W> v) {
   using F = Float<W>;
-  const F chroma = (F(1.f) - abs(fma(F(2.f), v.z, F(-1.f)))) * v.y;
+  const F chroma = max(F(1.f) - abs(fma(F(2.f), v.z, F(-1.f))), F(0.f)) * v.y;  // above white all is grey
   return (pureHue(v.x) - grey(F(0.5f))) * chroma + grey(v.z);
 }
 

@@ -38,7 +38,8 @@ KN_INLINE Rgb<W> rampAt(const RampKnots& s, Float<W> x) {
   const F span = to - from;
   const F t = select(span > F(0.f), clamp((x - from) / max(span, F(1e-20f)), F(0.f), F(1.f)), F(0.f));
   const Rgb<W> b = rampKnot<W>(s, i), c = rampKnot<W>(s, i + I(1));
-  if (s.curve == RampCurve::Constant) return b;
+  if (s.curve == RampCurve::Constant)  // the last knot is no beginning of a piece
+    return select(x >= F(s.knots[s.count - 1]), rampKnot<W>(s, I(s.count - 1)), b);
   if (s.curve == RampCurve::Linear) return lerp(b, c, t);
   const Rgb<W> a = rampKnot<W>(s, i - I(1)), d = rampKnot<W>(s, i + I(2));
   const F t2 = t * t, t3 = t2 * t;

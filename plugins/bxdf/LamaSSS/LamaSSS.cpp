@@ -60,7 +60,7 @@ struct LamaSSS {
         c, k, {kRadius, kScale, kUnitLength, kAnisotropy, kBleed, kSubset, kContinuationRays, kIor, kFollowTopology});
     bindLeaf(c, k, kindOf(int(c.param(kMode).data[0][0]), flag(c, kInversion)), {.color = kColor, .normal = kNormal});
     lama::Leaf& l = k.leaves[0];
-    if (l.bump < 0) l.bump = bindNormal(c, k, kSssNormal, -1);
+    bindOtherNormal(c, k, l, kSssNormal);
     l.softens = l.bump >= 0 && flag(c, uint32_t(lama::indexOf(kParams, "bumpShadowing")));
     l.color = k.below[0].color = colorOf(c, kColor, kSssColor, 0.18f);
   }

@@ -41,7 +41,9 @@ constexpr Param kParams[] = {
     param::normal("normal").help("Shading normal from a bump pattern."),
     param::normal("sssNormal").help("Another name of normal."),
     param::number("sssScale", 1.f).help("Multiplies the three radii."),
-    param::number("sssUnitLength", 0.00328f).help("Render units in a millimetre; the default's unit is a foot."),
+    param::number("sssUnitLength", 0.00328f)
+        .fixed()
+        .help("Render units in a millimetre; the default's unit is a foot."),
     param::string("sssSubset", "")
         .traceSet()
         .help("Groups of objects (grouping:membership) that are one body with the surface; empty: the object alone."),
@@ -72,7 +74,7 @@ struct LamaTricolorSSS {
               {{kNearWeight, kMidWeight, kFarWeight}, {kNearRadius, kMidRadius, kFarRadius}, {kMidColor, kFarColor}});
     bindLeaf(c, k, lama::kKindThreeProfiles, {.color = kNearColor, .normal = kNormal});
     lama::Leaf& l = k.leaves[0];
-    if (l.bump < 0) l.bump = bindNormal(c, k, kSssNormal, -1);
+    bindOtherNormal(c, k, l, kSssNormal);
     l.softens = l.bump >= 0 && flag(c, uint32_t(lama::indexOf(kParams, "bumpShadowing")));
   }
   static uint32_t scattersBelow(const ParamValue* v, uint32_t) {

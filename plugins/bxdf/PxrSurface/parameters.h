@@ -71,7 +71,7 @@ constexpr Param kParams[] = {
     param::integer("mwStartable", 0)
         .range(0, 1)
         .help(PXRSURFACE_LATER "Manifold walks start at all surfaces that they do not go through."),
-    param::number("unitLength", 0.1f).range(0, 10).help("Scale of all mean free paths, render units."),
+    param::number("unitLength", 0.1f).fixed().range(0, 10).help("Scale of all mean free paths, render units."),
     param::color("irradianceTint", 1.f).help("Multiplies what subsurface scattering returns, as subsurfacePostTint."),
     param::number("irradianceRoughness", 0.f).help(PXRSURFACE_LATER "Roughness of light entering the surface."),
 

@@ -88,6 +88,7 @@ constexpr Param kParams[] = {
     param::color("transmittanceColor", 1.f)
         .help("What is left of white light after transmittanceDistance, where that is given."),
     param::number("transmittanceDistance", -1.f)
+        .fixed()
         .range(-1, 10)
         .fixed()
         .help("Not negative: the extinction is that of transmittanceColor, whatever the density; 0: there is none."),

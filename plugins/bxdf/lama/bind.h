@@ -75,34 +75,36 @@ inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "
       param::vector("anisotropyDirection", 0, 0, 0)                                                      \
           .help("Direction in render space; 0 0 0: the surface's tangent."),                             \
       param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_ROTATION)
-#define KINORA_LAMA_SUBSURFACE_OF(p)                                                                               \
-  param::color(p "Radius", 0.f)                                                                                    \
-      .help(                                                                                                       \
-          "How far light goes below the surface, by channel, in millimetres: diffuse mean free paths, or mean "    \
-          "free paths where the mode says so. Black: diffuse reflection."),                                        \
-      param::number(p "Scale", 1.f).help("Multiplies " p "Radius."),                                               \
-      param::number(p "UnitLength", 0.00328f).help("Render units in a millimetre; the default's unit is a foot."), \
-      param::number(p "Anisotropy", 0.f)                                                                           \
-          .range(-1, 1)                                                                                            \
-          .help("Path traced: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways."),     \
-      param::number(p "Bleed", 0.f).range(0, 1).help("Mode 0: heavier tails of free flights at the same mean."),   \
-      param::string(p "Subset", "")                                                                                \
-          .traceSet()                                                                                              \
-          .help(                                                                                                   \
-              "Groups of objects (grouping:membership) that are one body with the surface; empty: the object "     \
-              "alone."),                                                                                           \
-      param::integer(p "ContinuationRays", 0)                                                                      \
-          .range(0, 1)                                                                                             \
-          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces."),    \
-      param::number(p "IOR", 1.f)                                                                                  \
-          .range(1, 2)                                                                                             \
-          .help(                                                                                                   \
-              "Path traced: index of refraction of the inside. Above 1 light goes in refracted, and the surface "  \
-              "reflects part of it back inside; a plane surface keeps its colour."),                               \
-      param::number(p "FollowTopology", 0.f)                                                                       \
-          .range(0, 1)                                                                                             \
-          .help(                                                                                                   \
-              "1: light that comes out where the surface faces another way than where it went in counts by the "   \
+#define KINORA_LAMA_SUBSURFACE_OF(p)                                                                              \
+  param::color(p "Radius", 0.f)                                                                                   \
+      .help(                                                                                                      \
+          "How far light goes below the surface, by channel, in millimetres: diffuse mean free paths, or mean "   \
+          "free paths where the mode says so. Black: diffuse reflection."),                                       \
+      param::number(p "Scale", 1.f).help("Multiplies " p "Radius."),                                              \
+      param::number(p "UnitLength", 0.00328f)                                                                     \
+          .fixed()                                                                                                \
+          .help("Render units in a millimetre; the default's unit is a foot."),                                   \
+      param::number(p "Anisotropy", 0.f)                                                                          \
+          .range(-1, 1)                                                                                           \
+          .help("Path traced: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways."),    \
+      param::number(p "Bleed", 0.f).range(0, 1).help("Mode 0: heavier tails of free flights at the same mean."),  \
+      param::string(p "Subset", "")                                                                               \
+          .traceSet()                                                                                             \
+          .help(                                                                                                  \
+              "Groups of objects (grouping:membership) that are one body with the surface; empty: the object "    \
+              "alone."),                                                                                          \
+      param::integer(p "ContinuationRays", 0)                                                                     \
+          .range(0, 1)                                                                                            \
+          .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces."),   \
+      param::number(p "IOR", 1.f)                                                                                 \
+          .range(1, 2)                                                                                            \
+          .help(                                                                                                  \
+              "Path traced: index of refraction of the inside. Above 1 light goes in refracted, and the surface " \
+              "reflects part of it back inside; a plane surface keeps its colour."),                              \
+      param::number(p "FollowTopology", 0.f)                                                                      \
+          .range(0, 1)                                                                                            \
+          .help(                                                                                                  \
+              "1: light that comes out where the surface faces another way than where it went in counts by the "  \
               "cosine between the two, not at all beyond a right angle; 0: wherever it comes out.")
 #define KINORA_LAMA_SUBSURFACE KINORA_LAMA_SUBSURFACE_OF("sss")
 #define KINORA_LAMA_THREE_OF(p)                                                                          \
@@ -491,6 +493,22 @@ inline Value colorOf(const Context& c, uint32_t name, uint32_t otherName, float 
   if (other.uniform() && isDefault(0)) return plain;
   return computedValue(c, 3, plain.uniform() && other.uniform(),
                        [&](uint32_t n, uint32_t i) { return valueAt(isDefault(i) ? plain : other, n, i); });
+}
+
+// The same of a leaf's normal, of which no normal is the default: the other counts where there is none.
+inline void bindOtherNormal(const Context& c, lama::Closure& k, lama::Leaf& l, uint32_t otherName) {
+  const Value other = c.param(otherName);
+  if (!isBumped(other)) return;
+  if (l.bump < 0) {
+    l.bump = bindNormal(c, k, otherName, -1);
+    return;
+  }
+  Value& plain = k.normals[l.bump];
+  const auto isNone = [plain](uint32_t i) {
+    return valueAt(plain, 0, i) == 0 && valueAt(plain, 1, i) == 0 && valueAt(plain, 2, i) == 0;
+  };
+  plain = computedValue(c, 3, plain.uniform() && other.uniform(),
+                        [&, own = plain](uint32_t n, uint32_t i) { return valueAt(isNone(i) ? other : own, n, i); });
 }
 
 // The tree of one leaf, for the nodes that are one.

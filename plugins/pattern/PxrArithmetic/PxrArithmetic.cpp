@@ -44,8 +44,11 @@ struct PxrArithmetic {
         return min(a, b);
       case 5:
         return max(a, b);
-      case 6:
-        return select(none, F(1.f), select(a == F(0.f), F(0.f), copySign(pow(abs(a), b), a)));
+      case 6: {
+        // of what is below 0 the sign stays, but where the power is even
+        const F half = b * F(0.5f), p = pow(abs(a), b);
+        return select(none, F(1.f), select(a == F(0.f), F(0.f), select(half == floor(half), p, copySign(p, a))));
+      }
       case 7:
         return select(none, F(0.f), fnma(floor(a / divisor), b, a));
       default:

@@ -8,9 +8,9 @@
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t { kFirst, kPerBump = 3, kBumps = 5, kInputN = kFirst + kBumps * kPerBump, kDisable };
-#define KINORA_BUMP(n)                                                                                  \
-  param::vector("surfaceGradient" #n, 0, 0, 0).help("Slope of bump " #n ": resultNG of another node."), \
-      param::normal("inputN" #n).help("Bump " #n " as a normal, where there is no surface gradient."),  \
+#define KINORA_BUMP(n)                                                                                              \
+  structural(param::vector("surfaceGradient" #n, 0, 0, 0)).help("Slope of bump " #n ": resultNG of another node."), \
+      param::normal("inputN" #n).help("Bump " #n " as a normal, where there is no surface gradient."),              \
       param::number("amount" #n, 1.f).range(-2, 2).help("How much of bump " #n " is added.")
 constexpr Param kParams[] = {
     KINORA_BUMP(1),

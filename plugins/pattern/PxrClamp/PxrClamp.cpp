@@ -32,7 +32,8 @@ struct PxrClamp {
     using F = Float<W>;
     if (!modulus) return clamp(x, low, high);
     const F span = high - low;
-    return select(span > F(0.f), fma(fraction((x - low) / max(span, F(1e-20f))), span, low), low);
+    const F around = select(span > F(0.f), fma(fraction((x - low) / max(span, F(1e-20f))), span, low), low);
+    return select((x >= low) & (x <= high), x, around);
   }
   template <int W>
   static KN_INLINE Rgb<W> at(const Setup& s, At at) {

@@ -48,6 +48,7 @@ constexpr Param kParams[] = {
     param::output(Type::Float, "resultB"),
 };
 
+template <int W>
 inline Manifold noisePlace(const Context& c) {
   if (const Manifold* m = c.fn->manifold(&c, kManifold)) return *m;
   Manifold m;
@@ -60,15 +61,14 @@ inline Manifold noisePlace(const Context& c) {
     m.radius.stride = m.radius.components = 1;
     return m;
   }
-  if (use == 2)
-    for (const char* name : {"__Pref", "Pref"}) {
-      Value r;
-      m.q = c.fn->primvar(&c, name, &r);
-      if (m.q.components < 3) continue;
-      if (r.components) m.radius = r;
-      return m;
-    }
   m.q = c.builtin(Builtin::Po);
+  if (use != 2) return m;
+  for (const char* name : {"Pref", "__Pref"}) {  // the second counts where there are both
+    const Primvar reference(c, name);
+    if (reference.value.components < 3) continue;
+    m.q = placesOr<W>(c, reference, "object", Moves::Point, m.q);
+    m.radius = footprintOr(c, reference, m.radius);
+  }
   return m;
 }
 
@@ -76,7 +76,7 @@ struct PxrFractal {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
-    const Manifold m = noisePlace(*c);
+    const Manifold m = noisePlace<W>(*c);
     const Value frequency = c->param(kFrequency), lacunarity = c->param(kLacunarity),
                 dimension = c->param(kDimension);
     const Value erosion = c->param(kErosion), variation = c->param(kVariation);

@@ -63,14 +63,15 @@ constexpr Param kParams[] = {
 
 struct PxrHairColor {
   struct Inputs {
-    Value number[kHairIndex], index, v;
+    Value number[kHairIndex], index, v, has;  // has: above 0 where there is an index; no components: everywhere
     bool artistic, varies;
     explicit Inputs(const Context& c) {
       for (uint32_t i = kMelanin; i < kHairIndex; ++i) number[i] = c.param(i);
       artistic = fixedInteger(c, kMode) == 1;
-      const char* name = c.fn->text(&c, kHairIndex);
-      if (name && *name) index = c.fn->primvar(&c, name, nullptr);
-      varies = index.components != 0;
+      const Primvar hair(c, c.fn->text(&c, kHairIndex));
+      index = hair.value;
+      varies = hair.isSomewhere;
+      if (varies && !hair.isEverywhere) shareComponent(hair.radius, kPrimvarComponents, has);
       v = c.builtin(Builtin::V);
     }
   };
@@ -107,10 +108,13 @@ struct PxrHairColor {
     Int<W> hair(0u);
     Mask<W> stray(false);
     F random(0.f);
+    Mask<W> varies(s.varies);
+    if (s.has.components) varies = loadFloat<W>(s.has, at) > F(0.f);
+    const auto variation = [&](uint32_t purpose) { return zeroUnless(varies, drawn(hair, purpose)); };
     if (s.varies) {
       hair = hashWords(Int<W>(0x68616972u), seedOf(loadComponent<W>(s.index, 0, at)));
-      stray = fma(drawn(hair, 0), F(0.5f), F(0.5f)) < loadFloat<W>(s.number[kStrayDensity], at);
-      random = drawn(hair, 1);
+      stray = varies & (fma(drawn(hair, 0), F(0.5f), F(0.5f)) < loadFloat<W>(s.number[kStrayDensity], at));
+      random = variation(1);
     }
     const auto number = [&](uint32_t own, uint32_t ofStray) {
       return select(stray, loadFloat<W>(s.number[ofStray], at), loadFloat<W>(s.number[own], at));
@@ -125,8 +129,8 @@ struct PxrHairColor {
       const Rgb<W> range =
           select(stray, loadRgb<W>(s.number[kStrayRandomColor], at), loadRgb<W>(s.number[kRandomColor], at));
       if (s.varies)
-        c = c * Rgb<W>(fma(range.x, drawn(hair, 2), F(1.f)), fma(range.y, drawn(hair, 3), F(1.f)),
-                       fma(range.z, drawn(hair, 4), F(1.f)));
+        c = c * Rgb<W>(fma(range.x, variation(2), F(1.f)), fma(range.y, variation(3), F(1.f)),
+                       fma(range.z, variation(4), F(1.f)));
       sum = ofColor(c) + ofMelanin(roots);
     } else {
       const F m = number(kMelanin, kStrayMelanin), range = number(kRandomMelanin, kStrayRandomMelanin);
@@ -135,9 +139,9 @@ struct PxrHairColor {
     Vec3<W> dye = loadRgb<W>(s.number[kDye], at);
     if (s.varies) {
       Vec3<W> hsv = rgbToHsv(dye);
-      hsv.x = fma(loadFloat<W>(s.number[kRandomDyeHue], at), F(0.5f) * drawn(hair, 5), hsv.x);
-      hsv.y = clamp(hsv.y * fma(loadFloat<W>(s.number[kRandomDyeSaturation], at), drawn(hair, 6), F(1.f)), F(0.f),
-                    F(1.f));
+      hsv.x = fma(loadFloat<W>(s.number[kRandomDyeHue], at), F(0.5f) * variation(5), hsv.x);
+      hsv.y =
+          clamp(hsv.y * fma(loadFloat<W>(s.number[kRandomDyeSaturation], at), variation(6), F(1.f)), F(0.f), F(1.f));
       dye = hsvToRgb(hsv);
     }
     return sum + ofColor(dye);

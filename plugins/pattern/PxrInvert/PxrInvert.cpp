@@ -34,12 +34,14 @@ struct PxrInvert {
   static KN_INLINE Rgb<W> at(const Setup& s, At at) {
     using F = Float<W>;
     Rgb<W> v = loadRgb<W>(s.color, at);
-    if (s.model == 1) v = rgbToHsl(v);
+    // lightness is a model of 0..1: brighter colours are scaled into it and back
+    const F scale = s.model == 1 ? max(maxComponent(v), F(1.f)) : F(1.f);
+    if (s.model == 1) v = rgbToHsl(v * (F(1.f) / scale));
     if (s.model == 2) v = rgbToHsv(v);
     if (s.invert[0]) v.x = s.model == 0 ? F(1.f) - v.x : v.x + F(0.5f);
     if (s.invert[1]) v.y = F(1.f) - v.y;
     if (s.invert[2]) v.z = F(1.f) - v.z;
-    return s.model == 1 ? hslToRgb(v) : s.model == 2 ? hsvToRgb(v) : v;
+    return s.model == 1 ? hslToRgb(v) * scale : s.model == 2 ? hsvToRgb(v) : v;
   }
 };
 

@@ -21,14 +21,10 @@ struct PxrManifold3D {
   static void compute(const Context* c, const PatternArgs* args) {
     const char *space = c->fn->text(c, kCoordsys), *name = c->fn->text(c, kPref);
     if (!space || !*space) space = "object";
-    Value p, r = c->builtin(Builtin::PoRadius), reference;
-    if (fixedInteger(*c, kUse) == 1 && name && *name) p = c->fn->primvar(c, name, &reference);
-    const bool given = p.components == 3;
-    if (given) {
-      if (reference.components) r = reference;
-      toSpace<W>(*c, space, Moves::Point, p);
-    } else if (!std::strcmp(space, "object")) {
+    Value p, r;
+    if (!std::strcmp(space, "object")) {
       p = c->builtin(Builtin::Po);
+      r = c->builtin(Builtin::PoRadius);
     } else {
       for (uint32_t k = 0; k < 3; ++k) p.data[k] = c->P[k];
       p.stride = 1;
@@ -36,6 +32,11 @@ struct PxrManifold3D {
       toSpace<W>(*c, space, Moves::Point, p);
       r.data[0] = c->radius;
       r.stride = r.components = 1;
+    }
+    const Primvar reference(*c, fixedInteger(*c, kUse) == 1 ? name : nullptr);
+    if (reference.value.components == 3) {
+      p = placesOr<W>(*c, reference, space, Moves::Point, p);
+      r = footprintOr(*c, reference, r);
     }
     const Value scale = c->param(kScale);
     const bool one = allUniform({&scale, &p, &r});
@@ -54,7 +55,7 @@ struct PxrManifold3D {
     for (uint32_t k = 0; k < 3; ++k) shareComponent(m.q, k, args->outputs[1 + k]);
     if (!(args->wanted[0] & kWantGradients)) return;
     Value of[3];
-    positionGradients<W>(*c, space, given ? name : nullptr, of);
+    positionGradients<W>(*c, space, name, reference, of);
     for (uint32_t k = 0; k < 2; ++k) {
       float* g[3];
       makeOutput(*c, m.gradient[k], 3, false, g);

@@ -60,17 +60,19 @@ struct PxrMultiTexture {
   // Each point's file: numbers past the last one that is named go round.
   static Value chosen(const Context& c, const Manifold& m) {
     Value files[kFiles];
-    uint32_t n = 0;
+    uint32_t most = 0;
     for (uint32_t k = 0; k < kFiles; ++k) {
       files[k] = c.param(kFilename0 + k);
-      if (hasFile(files[k])) n = k + 1;
+      if (hasFile(files[k])) most = k + 1;
     }
-    if (n < 2 || m.q.components < 3) return files[0];
+    if (most < 2 || m.q.components < 3) return files[0];
     Value v;
     float* handles[3];
     makeOutput(c, v, 1, false, handles);
     for (uint32_t i = 0; i < c.padded; ++i) {
       const float x = m.q.data[2][m.q.stride ? i : 0];
+      uint32_t n = most;  // of this point's material
+      while (n > 1 && handleAt(files[n - 1], i) < 0) --n;
       const uint32_t k = (x > 0 && x < 65536 ? uint32_t(x) : 0) % n;
       const int32_t h = handleAt(files[k], i);
       std::memcpy(&handles[0][i], &h, sizeof h);

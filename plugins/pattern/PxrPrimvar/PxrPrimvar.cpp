@@ -43,40 +43,38 @@ struct PxrPrimvar {
   static void compute(const Context* c, const PatternArgs* args) {
     const char* type = c->fn->text(c, kType);
     const bool isColor = !std::strcmp(type, "color"), isFloat = !std::strcmp(type, "float");
-    const char* name = c->fn->text(c, kVarname);
-    Value radius, v;
-    if (name && *name) v = c->fn->primvar(c, name, &radius);
-    const bool given = v.components > 0;
-    if (!given) {
-      v = c->param(isColor ? kDefaultColor : isFloat ? kDefaultFloat : kDefaultFloat3);
-      radius = Value();
-    }
-    // primvars arrive in render space; a default is written in the space asked for, so it is there already unless
-    // transformDefaultValues is off, when it is left alone too
+    const Primvar variable(*c, c->fn->text(c, kVarname));
+    const Value otherwise = c->param(isColor ? kDefaultColor : isFloat ? kDefaultFloat : kDefaultFloat3);
+    const float none = 0.f;
+    const Value zero = constantValue(*c, 1, &none);
+    // A default is written in the space asked for, so it is there already unless transformDefaultValues is off, when
+    // it is left alone too.
     const Moves how = movesLike(type);
-    if (given && how != Moves::No) {
+    Value rgb;
+    if (how != Moves::No && variable.value.components == 3) {
       const char* space = c->fn->text(c, kCoordsys);
-      if (!space || !*space) space = "object";
-      toSpace<W>(*c, space, how, v);
-    }
-    Value& rgb = args->outputs[0];
-    rgb = v;
-    rgb.components = 3;
-    for (uint32_t k = v.components; k < 3; ++k) rgb.data[k] = v.data[v.components - 1];
-    if (v.components == 2) {  // texture coordinates have no third component
-      float* zero = c->alloc<float>(v.stride ? c->padded : 1);
-      for (uint32_t i = 0; i < (v.stride ? c->padded : 1u); ++i) zero[i] = 0.f;
-      rgb.data[2] = zero;
-    }
-    shareComponents(*args, 0);
-    shareComponent(v, 0, args->outputs[4]);
-    args->outputs[5] = rgb;
-    if (radius.components) {
-      shareComponent(radius, 0, args->outputs[6]);
+      rgb = placesOr<W>(*c, variable, space && *space ? space : "object", how, otherwise);
     } else {
-      const float none = 0.f;
-      args->outputs[6] = constantValue(*c, 1, &none);
+      Value v = variable.value;
+      if (v.components == 2) v.data[2] = zero.data[0];  // texture coordinates have no third component
+      if (v.components == 2 && v.stride) {
+        float* third = c->alloc<float>(c->padded);
+        std::fill_n(third, c->padded, 0.f);
+        v.data[2] = third;
+      }
+      for (uint32_t k = 1; v.components == 1 && k < 3; ++k) v.data[k] = v.data[0];
+      if (v.components) v.components = 3;
+      rgb = !variable.isSomewhere   ? otherwise
+            : variable.isEverywhere ? v
+                                    : chosenByPoint(*c, variable.components(), 0, v, otherwise);
     }
+    for (uint32_t k = rgb.components; k < 3; ++k) rgb.data[k] = rgb.data[rgb.components - 1];
+    rgb.components = 3;
+    args->outputs[0] = rgb;
+    shareComponents(*args, 0);
+    shareComponent(rgb, 0, args->outputs[4]);
+    args->outputs[5] = rgb;
+    args->outputs[6] = footprintOr(*c, variable, zero);
   }
 };
 

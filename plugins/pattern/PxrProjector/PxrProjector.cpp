@@ -54,9 +54,9 @@ constexpr Param kParams[] = {
     param::string("traceSet", "").help("No effect: see traceOcclusion."),
     param::integer("resolutionX", 2048).range(1, 16384).help("Width of the picture: its shape for filmFit."),
     param::integer("resolutionY", 1556).range(1, 16384).help("Height of the picture."),
-    param::number("focalLength", 50.f).range(1, 500).help("Of a perspective projector, millimetres."),
-    param::number("apertureX", 0.98f).range(0.1f, 5).help("Width of its film, inches."),
-    param::number("apertureY", 0.735f).range(0.1f, 5).help("Height of its film, inches."),
+    param::number("focalLength", 50.f).fixed().range(1, 500).help("Of a perspective projector, millimetres."),
+    param::number("apertureX", 0.98f).fixed().range(0.1f, 5).help("Width of its film, inches."),
+    param::number("apertureY", 0.735f).fixed().range(0.1f, 5).help("Height of its film, inches."),
     param::number("nearClipPlane", 0.01f).help("Nearer points are outside resultMask."),
     param::number("farClipPlane", 10000.f).help("Farther points are outside resultMask."),
     param::integer("filmFit", 0)
@@ -150,18 +150,17 @@ struct PxrProjector {
     using F = Float<W>;
     const char* space = c->fn->text(c, kCoordsys);
     if (!space || !*space) space = "object";
+    const Primvar reference(*c, fixedInteger(*c, kUse) == 1 ? "__Pref" : nullptr);
     Value p, n;
-    const bool reference = fixedInteger(*c, kUse) == 1;
-    if (reference) p = c->fn->primvar(c, "__Pref", nullptr);
     for (uint32_t k = 0; k < 3; ++k) {
-      if (p.components != 3 || !reference) p.data[k] = c->P[k];
+      p.data[k] = c->P[k];
       n.data[k] = c->N[k];
     }
-    p.stride = reference && p.components == 3 ? p.stride : 1;
-    n.stride = 1;
+    p.stride = n.stride = 1;
     p.components = n.components = 3;
     toSpace<W>(*c, space, Moves::Point, p);
     toSpace<W>(*c, space, Moves::Normal, n);
+    p = placesOr<W>(*c, reference, space, Moves::Point, p);
     MatrixValue matrix;
     c->fn->matrix(c, "render", space, &matrix);
     const Value angle = c->param(kAngle), scaleS = c->param(kScaleS), scaleT = c->param(kScaleT),

@@ -32,7 +32,8 @@ constexpr Param kParams[] = {
         .help("What runs along the ramp."),
     param::integer("tile", 0).range(0, 1).help("1: the ramp repeats beyond 0..1."),
     param::integer("reverse", 0).range(0, 1).help("1: from the other end."),
-    param::number("splineMap", 0.f).help("Place on the ramp, where rampType is 6 or a pattern is connected here."),
+    structural(param::number("splineMap", 0.f))
+        .help("Place on the ramp, where rampType is 6 or a pattern is connected here that is not 0 everywhere."),
     param::integer("randomSource", 0)
         .range(0, 1)
         .options("0 object, 1 object")
@@ -78,7 +79,8 @@ struct PxrRamp {
       uint32_t n = c.fn->list(&c, kPositions, &places), floats = c.fn->list(&c, kOldColors, &colors);
       if (n && floats >= 3) {
         const int basis = fixedInteger(c, kBasis);
-        ramp.curve = basis == 1   ? RampCurve::Constant
+        ramp.curve = basis == 0   ? rampCurveOf(c.fn->text(&c, kInterpolation), RampCurve::CatmullRom)
+                     : basis == 1 ? RampCurve::Constant
                      : basis == 2 ? RampCurve::Linear
                      : basis == 3 ? RampCurve::Bspline
                                   : RampCurve::CatmullRom;

@@ -35,30 +35,24 @@ struct PxrRoundCube {
     using I = Int<W>;
     const char *space = c->fn->text(c, kCoordsys), *pref = c->fn->text(c, kPref), *nref = c->fn->text(c, kNref);
     if (!space || !*space) space = "object";
-    Value p, n, r = c->builtin(Builtin::PoRadius), reference;
-    if (fixedInteger(*c, kUse) == 1) {
-      if (pref && *pref) p = c->fn->primvar(c, pref, &reference);
-      if (nref && *nref) n = c->fn->primvar(c, nref, nullptr);
+    const bool takesReference = fixedInteger(*c, kUse) == 1;
+    const Primvar places(*c, takesReference ? pref : nullptr), normals(*c, takesReference ? nref : nullptr);
+    Value p, n, r = c->builtin(Builtin::PoRadius);
+    for (uint32_t k = 0; k < 3; ++k) {
+      p.data[k] = c->P[k];
+      n.data[k] = c->N[k];
     }
-    const bool given = p.components == 3;
-    if (given) {
-      if (reference.components) r = reference;
-    } else {
-      for (uint32_t k = 0; k < 3; ++k) p.data[k] = c->P[k];
-      p.stride = 1;
-      p.components = 3;
-      if (std::strcmp(space, "object")) {
-        r.data[0] = c->radius;
-        r.stride = r.components = 1;
-      }
-    }
-    if (n.components != 3) {
-      for (uint32_t k = 0; k < 3; ++k) n.data[k] = c->N[k];
-      n.stride = 1;
-      n.components = 3;
+    p.stride = n.stride = 1;
+    p.components = n.components = 3;
+    if (std::strcmp(space, "object")) {
+      r.data[0] = c->radius;
+      r.stride = r.components = 1;
     }
     toSpace<W>(*c, space, Moves::Point, p);
     toSpace<W>(*c, space, Moves::Normal, n);
+    p = placesOr<W>(*c, places, space, Moves::Point, p);
+    n = placesOr<W>(*c, normals, space, Moves::Normal, n);
+    if (places.value.components == 3) r = footprintOr(*c, places, r);
     const Value frequency = c->param(kFrequency), transition = c->param(kTransitionWidth);
     const int textures = fixedInteger(*c, kNumberOfTextures);
     Manifold& m = args->manifolds[0];
@@ -71,7 +65,7 @@ struct PxrRoundCube {
     Value of[3];
     float* slopes[2][3];
     if (wantGradients) {
-      positionGradients<W>(*c, space, given ? pref : nullptr, of);
+      positionGradients<W>(*c, space, pref, places, of);
       for (uint32_t k = 0; k < 2; ++k) makeOutput(*c, m.gradient[k], 3, false, slopes[k]);
     }
     const F zero(0.f), one(1.f);

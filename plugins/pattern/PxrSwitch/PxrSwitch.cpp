@@ -7,7 +7,8 @@ KINORA_KERNELS_BEGIN
 // Elements of the list that patterns feed are parameters of their own: inputsRGB_0 ...
 enum : uint32_t { kIndex, kInputsRGB, kElement0 };
 constexpr uint32_t kMost = 16;
-#define KINORA_INPUT(n) param::color("inputsRGB_" #n, -1.f).help("Element " #n " where something is connected to it.")
+#define KINORA_INPUT(n) \
+  structural(param::color("inputsRGB_" #n, -1.f)).help("Element " #n " where something is connected to it.")
 constexpr Param kParams[] = {
     param::number("index", 0.f)
         .range(0, 15)

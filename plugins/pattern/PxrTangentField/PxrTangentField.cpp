@@ -7,7 +7,7 @@ KINORA_KERNELS_BEGIN
 enum : uint32_t { kInputRotation, kInputVector, kRotationOffset, kRotationRange, kCenteredVectors };
 constexpr Param kParams[] = {
     param::number("inputRotation", 0.f).help("Angle: 0 none, 1 a full turn."),
-    param::color("inputVector", 0.f)
+    structural(param::color("inputVector", 0.f))
         .help("Direction: red along s, green across; takes the place of inputRotation where it is not black."),
     param::number("rotationOffset", 0.f).range(-1, 1).help("Added to the angle, in turns."),
     param::number("rotationRange", 1.f).range(-1, 1).help("Factor of inputRotation."),

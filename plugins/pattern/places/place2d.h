@@ -131,8 +131,7 @@ class Place2D {
   void makeGradients(Manifold& m) const {
     using F = Float<W>;
     const float signS = invertS_ ? -1.f : 1.f, signT = invertT_ ? -1.f : 1.f;
-    const Value ofS = c_.fn->gradient(&c_, from_[0].primvar, from_[0].component);
-    const Value ofT = c_.fn->gradient(&c_, from_[1].primvar, from_[1].component);
+    const Value ofS = gradientOf(0), ofT = gradientOf(1);
     float *outS[3], *outT[3];
     makeOutput(c_, m.gradient[0], 3, false, outS);
     makeOutput(c_, m.gradient[1], 3, false, outT);
@@ -157,25 +156,46 @@ class Place2D {
   struct Source {
     const char* primvar = nullptr;
     uint32_t component = 0;
+    const float* has = nullptr;  // by point, where not all objects have it: how many components
   };
+  // Takes a component of a variable for one coordinate, at points whose object has more than `least` of them.
+  void take(const Primvar& v, const char* name, uint32_t component, float least, Value& in, Source& from) {
+    Value own;
+    shareComponent(v.value, component, own);
+    uint32_t points = v.components() ? 0 : c_.count;
+    for (uint32_t i = 0; v.components() && i < c_.count; ++i) points += v.components()[i] > least;
+    const bool isWhole = points == c_.count, isAnywhere = points > 0;
+    if (!isAnywhere) return;
+    from = {name, component, nullptr};
+    if (isWhole) {
+      in = own;
+      return;
+    }
+    in = chosenByPoint(c_, v.components(), least, own, in);
+    float* has = c_.alloc<float>(c_.padded);
+    for (uint32_t i = 0; i < c_.padded; ++i) has[i] = v.components()[i] > least;
+    from.has = has;
+  }
+  Value gradientOf(uint32_t coordinate) const {
+    const Source& from = from_[coordinate];
+    const Value v = c_.fn->gradient(&c_, from.primvar, from.component);
+    return from.has ? chosenByPoint(c_, from.has, 0, v, c_.fn->gradient(&c_, nullptr, coordinate)) : v;
+  }
   // The surface's own where the named variables are missing.
   void find(const char* nameS, const char* nameT) {
     const Value q = c_.builtin(Builtin::St);
-    Value r;
     inRadius_ = c_.builtin(Builtin::StRadius);
     shareComponent(q, 0, inS_);
     shareComponent(q, 1, inT_);
     from_[1].component = 1;
-    if (nameS && *nameS) {
-      const Value v = c_.fn->primvar(&c_, nameS, &r);
-      if (v.components) shareComponent(v, 0, inS_), from_[0] = {nameS, 0};
-      if (v.components > 1) shareComponent(v, 1, inT_), from_[1] = {nameS, 1};
-      if (v.components && r.components) inRadius_ = r;
+    const Primvar ofS(c_, nameS), ofT(c_, nameT);
+    if (ofS.value.components) {
+      take(ofS, nameS, 0, 0, inS_, from_[0]);
+      if (ofS.value.components > 1) take(ofS, nameS, 1, 1, inT_, from_[1]);
+      inRadius_ = footprintOr(c_, ofS, inRadius_);
     }
-    if (nameT && *nameT) {
-      const Value v = c_.fn->primvar(&c_, nameT, nullptr);
-      if (v.components) from_[1] = {nameT, v.components > 1 ? 1u : 0u}, shareComponent(v, from_[1].component, inT_);
-    }
+    if (ofT.value.components == 1) take(ofT, nameT, 0, 0, inT_, from_[1]);
+    if (ofT.value.components > 1) take(ofT, nameT, 1, 0, inT_, from_[1]);
     findAxes();
   }
   // Of both coordinates together, where one primitive variable gives both.
@@ -183,6 +203,7 @@ class Place2D {
     const bool isOwn = !from_[0].primvar && !from_[1].primvar;
     if (!isOwn && !(from_[0].primvar && from_[1].primvar && !std::strcmp(from_[0].primvar, from_[1].primvar))) return;
     if (from_[0].component != 0 || from_[1].component != 1) return;
+    if (from_[0].has || from_[1].has) return;  // some objects have it, some not: circles will do
     c_.fn->ellipses(&c_, from_[0].primvar, inAxis_);
   }
   template <int W>
