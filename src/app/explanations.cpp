@@ -11,6 +11,10 @@ constexpr Explanation kOwn[] = {
     {"APP-OPTION",
      "The command line does not say what to do: an option is unknown, lacks its value, or has one of the wrong form. "
      "Nothing was done and the exit code is 2. `kinora COMMAND --help` lists the options of a command."},
+    {"APP-TXMAKE",
+     "kinora maketex was given a flag of txmake that it takes and does not follow: the width of the filter (-blur), "
+     "levels that are smaller in one direction alone (-pattern all), a choice of channels (-ch). The texture is made "
+     "without it."},
     {"APP-MEMORY",
      "The system refused memory. Exit code 5. Fewer pixels, fewer channels or a simpler scene need less; -v and "
      "--stats "
