@@ -135,7 +135,6 @@ Bxdf "LamaEmission" "none" "color color" [0 0 0]
   const std::string top = "Bxdf \"LamaLayer\" \"m\" \"reference bxdf materialTop\" [\"a\"] ";
   EXPECT_EQ(quarter, quietly(slabs + top + "\"float topMix\" [0.25]\n"));
   EXPECT_EQ(quarter, quietly(slabs + top + "\"reference float topMix\" [\"part:resultF\"]\n"));
-  EXPECT_EQ(quietly(slabs + mix + "\"float mix\" [1]\n"), quietly(slabs + top + "\"float topMix\" [1]\n"));
   const std::string sum =
       "Bxdf \"LamaAdd\" \"m\" \"float weight1\" [0.5] \"float weight2\" [0.25] "
       "\"reference bxdf material2\" [\"a\"] ";
