@@ -11,6 +11,10 @@ constexpr Explanation kOwn[] = {
     {"APP-OPTION",
      "The command line does not say what to do: an option is unknown, lacks its value, or has one of the wrong form. "
      "Nothing was done and the exit code is 2. `kinora COMMAND --help` lists the options of a command."},
+    {"APP-TXMAKE",
+     "kinora maketex was given a flag of txmake that it takes and does not follow: the width of the filter (-blur), "
+     "levels that are smaller in one direction alone (-pattern all), a choice of channels (-ch). The texture is made "
+     "without it."},
     {"APP-MEMORY",
      "The system refused memory. Exit code 5. Fewer pixels, fewer channels or a simpler scene need less; -v and "
      "--stats "
@@ -297,10 +301,12 @@ constexpr Explanation kRooms[] = {
      "differ) is at most so much, and the samples that --max-spp allows did not suffice. The picture is complete "
      "otherwise."},
     {"RENDER-CHECKPOINT",
-     "A checkpoint (--checkpoint, Option \"checkpoint\") could not be written, or the scene says no time for them that "
+     "A checkpoint (--checkpoint, Option \"checkpoint\") could not be written, or the scene says no time for them "
+     "that "
      "can be read. The render goes on; if it is stopped, --recover finds the last checkpoint that was written."},
     {"RENDER-CHECKPOINT-COMMAND",
-     "Option \"checkpoint\" \"string command\" names a program to run after each checkpoint. Scenes run programs with "
+     "Option \"checkpoint\" \"string command\" names a program to run after each checkpoint. Scenes run programs "
+     "with "
      "--allow-exec alone; a program that ends with another code than 0 is told, and the render goes on."},
     {"RENDER-RECOVER",
      "--recover found a checkpoint that this frame cannot go on from: of another scene, another seed or frame, other "
@@ -396,7 +402,9 @@ constexpr Explanation kRooms[] = {
     {"CLASSIC-LIGHT-OUT",
      "A LightSource is left out, because nothing is known of it (neither its name nor its parameters say what it "
      "does), or because it stands for light that paths find by themselves: caustics of photon maps, light bounced "
-     "between surfaces. Where no other light is left, the scene has a headlight."},
+     "between surfaces. Where no other light is left, the scene has a headlight. Those between ObjectBegin and "
+     "ObjectEnd are left out as well, and the shapes of area lights there give no light: the lights of an object are "
+     "those of the request Light."},
     {"CLASSIC-SURFACE",
      "A Surface names a shader of the RenderMan Shading Language, which Kinora does not run, and it is none of the "
      "standard ones (constant, matte, metal, shinymetal, plastic, paintedplastic, defaultsurface, null; glass). One "

@@ -12,6 +12,7 @@
 #include "app/command_line.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "base/text.h"
 #include "texture/make_texture.h"
 
 namespace kinora::app {
@@ -20,9 +21,10 @@ namespace {
 
 // "-mode" becomes "--mode"; what is no flag of ours stays, so that the parser names it as it was written.
 Arguments withTwoDashes(const Arguments& arguments) {
-  static const std::set<std::string> kFlags{"mode",    "smode",       "tmode", "resize",    "filter",  "format",
-                                            "byte",    "short",       "half",  "float",     "envlatl", "newer",
-                                            "verbose", "compression", "nomip", "linearize", "tile",    "threads"};
+  static const std::set<std::string> kFlags{"mode",      "smode",       "tmode", "resize",    "filter",  "format",
+                                            "byte",      "short",       "half",  "float",     "envlatl", "newer",
+                                            "verbose",   "compression", "nomip", "linearize", "tile",    "threads",
+                                            "mipfilter", "pattern",     "blur",  "ch"};
   Arguments out;
   for (const std::string& a : arguments) {
     // txmake's -t:4 is a number of threads
@@ -32,6 +34,13 @@ Arguments withTwoDashes(const Arguments& arguments) {
       out.push_back(a.size() > 2 && a[0] == '-' && a[1] != '-' && kFlags.count(a.substr(1)) ? "-" + a : a);
   }
   return out;
+}
+
+// By the name; a number behind a colon is its quality.
+bool isCompression(const std::string& text) {
+  static const std::set<std::string> kNames{"none", "lzw", "zip", "zips",  "deflate", "packbits", "ccittrle", "zstd",
+                                            "jpeg", "rle", "piz", "pxr24", "b44",     "b44a",     "dwaa",     "dwab"};
+  return kNames.count(lowerCase(text.substr(0, text.find(':')))) > 0;
 }
 
 bool isNewer(const std::string& output, const std::string& input) {
@@ -48,7 +57,8 @@ int runMaketex(const Arguments& arguments) {
       makeParser("maketex",
                  "Makes a tiled, mip-mapped texture of an image of any format. Flags may be written with one "
                  "dash, as txmake takes them.");
-  std::string input, output, mode;
+  std::string input, output, mode, mipFilter, pattern, channels;
+  float blur = 1;
   texture::MakeTextureOptions o;
   bool byte = false, shorts = false, half = false, floats = false, newer = false, verbose = false, flat = false;
   const CLI::IsMember wraps({"black", "clamp", "periodic", "mirror"});
@@ -60,9 +70,15 @@ int runMaketex(const Arguments& arguments) {
   parser->add_option("--tmode", o.wrapT, "the same, of t alone")->check(wraps);
   parser->add_option("--resize", o.resize, "sides to powers of two: up, down, round, none (none)")
       ->check(CLI::IsMember({"up", "down", "round", "none", "up-", "down-", "round-"}));
-  parser->add_option("--filter", o.filter, "filter of the mip levels (box)")
-      ->check(CLI::IsMember({"point", "box", "triangle", "catmull-rom", "gaussian", "gaussian-soft", "sinc",
-                             "lanczos3", "mitchell", "bspline", "blackman-harris"}));
+  const CLI::IsMember filters({"point", "box", "triangle", "catmull-rom", "gaussian", "gaussian-soft", "sinc",
+                               "lanczos", "lanczos3", "cubic", "mitchell", "bspline", "blackman-harris"});
+  parser->add_option("--filter", o.filter, "filter of the mip levels (box)")->check(filters);
+  parser->add_option("--mipfilter", mipFilter, "the same; it comes before --filter")->check(filters);
+  parser
+      ->add_option("--pattern", pattern, "diagonal: mip levels; single: none; all: not made, as diagonal (diagonal)")
+      ->check(CLI::IsMember({"diagonal", "single", "all"}));
+  parser->add_option("--blur", blur, "no effect: the filter has the width that is its own");
+  parser->add_option("--ch", channels, "no effect: all channels are kept");
   parser->add_option("--format", o.format, "tiff, openexr; pixar becomes tiff (by the ending)")
       ->check(CLI::IsMember({"tiff", "openexr", "pixar"}));
   parser->add_flag("--byte", byte, "8-bit integers");
@@ -80,6 +96,17 @@ int runMaketex(const Arguments& arguments) {
   if (const auto done = parse(*parser, withTwoDashes(arguments), diagnostics)) return *done;
   if (int(byte) + shorts + half + floats > 1)
     return badCommandLine(diagnostics, "only one of --byte, --short, --half and --float can be the type");
+  if (!o.compression.empty() && !isCompression(o.compression))
+    return badCommandLine(
+        diagnostics, "--compression: no compression is called '" + o.compression + "'",
+        "of TIFF there are none, lzw, zip, packbits; of OpenEXR none, rle, zip, zips, piz, pxr24, b44, "
+        "b44a, dwaa, dwab");
+  const auto ignored = [&](const std::string& what, const std::string& done) {
+    diagnostics.warning("APP-TXMAKE", {}, what + " is not supported", done);
+  };
+  if (pattern == "all") ignored("--pattern all", "it is ignored: levels are half as large in both directions");
+  if (blur != 1) ignored("--blur", "it is ignored: the filter has the width that is its own");
+  if (!channels.empty()) ignored("--ch", "it is ignored: all channels are kept");
   if (output.empty()) output = std::filesystem::path(input).replace_extension(".tx").string();
   if (isOverInput(diagnostics, output, {input})) return kBadCommandLine;
   if (!mode.empty()) {
@@ -87,11 +114,13 @@ int runMaketex(const Arguments& arguments) {
     if (!parser->count("--tmode")) o.wrapT = mode;
   }
   // spellings of OpenImageIO
+  if (!mipFilter.empty()) o.filter = mipFilter;
+  if (o.filter == "lanczos") o.filter = "lanczos3";
   if (o.filter == "bspline") o.filter = "b-spline";
   if (o.filter == "gaussian-soft") o.filter = "gaussian";
   if (o.filter == "point") o.filter = "box";
   o.type = byte ? "byte" : shorts ? "short" : half ? "half" : floats ? "float" : "";
-  o.mipMapped = !flat;
+  o.mipMapped = !flat && pattern != "single";
   if (newer && isNewer(output, input)) {
     if (verbose) fmt::print("{} is up to date\n", output);
     return kComplete;

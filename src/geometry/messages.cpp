@@ -109,9 +109,11 @@ constexpr Explanation kExplanations[] = {
      "Points are given a falloffpower, which lets their opacity fade towards their edges. It is not rendered yet: "
      "points are as opaque at their edges as in their middles."},
     {"GEOM-WIDTH",
-     "Some widths (width, constantwidth) are negative, not a number or infinite. A curve or point is absent where "
-     "its "
-     "width is negative; a width that is no finite number is replaced by the first good one, or 1."},
+     "Some widths (width, constantwidth) are negative, not a number or infinite. A negative one counts as 0 where it "
+     "stands: the point is absent; the curve tapers to nothing at that control point and is absent between two such, "
+     "though the width that runs from a negative value to a positive one would be above 0 on a shorter piece. A "
+     "width "
+     "that is no finite number is replaced by the first good one, or 1."},
     {"GEOM-VOLUME",
      "A Volume request names a shape that is not known, or its bound (from and to along x, y and z) holds no space. "
      "It "

@@ -301,6 +301,21 @@ bool makePolygons(const scene::Primitive& primitive, const scene::PolygonMesh& s
   return makePolygons(primitive, *points, faces, diagnostics, mesh);
 }
 
+// Of faces with four corners, which go around at (u, v) = (0,0), (1,0), (1,1), (0,1): "st" by the attribute
+// TextureCoordinates. `corners`: of the face list, one for each corner of a triangle.
+static void addTextureCoordinates(const std::array<float, 8>& c, const std::vector<uint32_t>& corners, Mesh& mesh) {
+  if (mesh.find("st") || mesh.find("s") || mesh.find("t")) return;
+  constexpr size_t kAt[] = {0, 2, 6, 4};
+  Primvar st;
+  st.name = "st";
+  st.width = 2;
+  st.rate = Primvar::Rate::PerCorner;
+  st.data.reserve(2 * corners.size());
+  for (const uint32_t corner : corners)
+    for (size_t i = 0; i < 2; ++i) st.data.push_back(c[kAt[corner % 4] + i]);
+  mesh.primvars.push_back(std::move(st));
+}
+
 bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, PolygonFaces& faces,
                   Diagnostics& diagnostics, Mesh& mesh) {
   if (points.count >= UINT32_MAX || faces.cornerCount >= UINT32_MAX / 3) {
@@ -333,6 +348,11 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
         s.storage == scene::StorageClass::FaceVarying || s.storage == scene::StorageClass::FaceVertex;
     perFace |= s.storage == scene::StorageClass::Uniform;
   }
+
+  const bool spreads = faces.arity == 4 && primitive.attributes &&
+                       std::holds_alternative<scene::PolygonMesh>(primitive.shape) &&
+                       primitive.attributes->textureCoordinates != scene::Attributes().textureCoordinates;
+  faces.needCorners |= spreads;
 
   Cutter cutter(points, keyWithArea(points), faces, mesh);
   const bool straight = faces.arity == 3 && cutter.cutTriangles();
@@ -414,6 +434,7 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
   if (!mesh.find("N") && primitive.attributes && primitive.attributes->getInt("polygon:smoothnormals", 0) != 0)
     addSmoothNormals(mesh);
   joinTextureCoordinates(mesh);
+  if (spreads) addTextureCoordinates(primitive.attributes->textureCoordinates, cutter.corners, mesh);
   return true;
 }
 

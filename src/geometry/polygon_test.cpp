@@ -501,5 +501,45 @@ TEST(Polygon, AMillionTriangles) {
   }
 }
 
+// As on patches: the attribute's four places are those of (u, v) = (0,0), (1,0), (0,1), (1,1); corners go around. Faces
+// of other counts of corners, and those that say their own, have none of it.
+TEST(Polygon, TextureCoordinatesAttribute) {
+  const auto with = [](const scene::Primitive& given) {
+    scene::Primitive p = given;
+    auto a = std::make_shared<scene::Attributes>();
+    a->textureCoordinates = {0, 0, 2, 0, 0, 3, 2, 3};
+    p.attributes = a;
+    return p;
+  };
+  PolygonMesh one;
+  one.verticesPerLoop = {4};
+  const scene::Primitive square = polygons(one, {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0});
+  EXPECT_EQ(made(square).find("st"), nullptr) << "(u, v) are meant";
+  PolygonMesh two;
+  two.verticesPerLoop = {4, 4};
+  two.vertices = {0, 1, 4, 3, 1, 2, 5, 4};
+  const scene::Primitive pair = polygons(two, {-1, -1, 0, 0, -1, 0, 1, -1, 0, -1, 1, 0, 0, 1, 0, 1, 1, 0});
+  for (const scene::Primitive& p : {square, pair}) {
+    const Mesh m = made(with(p));
+    const Primvar* st = m.find("st");
+    ASSERT_NE(st, nullptr);
+    ASSERT_EQ(st->rate, Primvar::Rate::PerCorner);
+    ASSERT_EQ(st->data.size(), 2 * m.indices.size());
+    const double side = m.triangleCount() == 2 ? 2 : 1;
+    for (size_t i = 0; i < m.indices.size(); ++i) {
+      const V3d at = vertex(m, m.indices[i]);
+      const double left = side == 2 || i < 6 ? -1 : 0;
+      EXPECT_EQ(st->data[2 * i], 2 * (at.x - left) / side) << i;
+      EXPECT_EQ(st->data[2 * i + 1], 3 * (at.y + 1) / 2) << i;
+    }
+  }
+  scene::Primitive own = with(square);
+  own.primvars.set(parameter("st", StorageClass::FaceVarying, ValueType::Float, {0, 0, 1, 0, 1, 1, 0, 1}, 2));
+  EXPECT_EQ(made(own).find("st")->data[2], 1);
+  PolygonMesh triangle;
+  triangle.verticesPerLoop = {3};
+  EXPECT_EQ(made(with(polygons(triangle, {0, 0, 0, 1, 0, 0, 0, 1, 0}))).find("st"), nullptr);
+}
+
 }  // namespace
 }  // namespace kinora::geometry

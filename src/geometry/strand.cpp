@@ -46,7 +46,7 @@ StrandSources::StrandSources(const scene::Primitive& primitive, const PointKeys&
             (bad && negative ? "negative or not finite"
              : bad           ? "not finite"
                              : "negative"),
-        bad ? "those that are no number become " + std::to_string(good) : "it is absent where its width is below 0");
+        bad ? "those that are no number become " + std::to_string(good) : "they count as 0 where they stand");
 }
 
 double StrandSources::mix(std::span<const float> values, StorageClass storage, int width, int component,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "geometry/build.h"
 #include "geometry/cage.h"
@@ -615,6 +616,26 @@ bool Subdivider::run(const std::vector<SourcePrimvar>& primvars) {
   return true;
 }
 
+// Facevertex values are subdivided as vertex data is. Those with one value a vertex, and so no seam, become vertex data:
+// the tag facevaryinginterpolateboundary is not about them.
+void joinFaceVertex(SourcePrimvar& s, const std::vector<int>& vertices, size_t pointCount) {
+  if (s.storage != StorageClass::FaceVertex || s.elements != vertices.size()) return;
+  const size_t width = s.parameter->elementFloats();
+  std::vector<float> values(pointCount * width);
+  std::vector<char> isKnown(pointCount);
+  for (size_t corner = 0; corner < vertices.size(); ++corner) {
+    const auto from = s.values.begin() + std::ptrdiff_t(corner * width);
+    const auto to = values.begin() + std::ptrdiff_t(size_t(vertices[corner]) * width);
+    if (!std::exchange(isKnown[size_t(vertices[corner])], 1))
+      std::copy_n(from, width, to);
+    else if (!std::equal(from, from + std::ptrdiff_t(width), to))
+      return;
+  }
+  s.storage = StorageClass::Vertex;
+  s.elements = pointCount;
+  s.values = std::move(values);
+}
+
 // The cage as plain polygons, smooth unless the scheme is linear.
 bool makeCagePolygons(const scene::Primitive& primitive, const scene::SubdivisionMesh& shape, const PointKeys& points,
                       PolygonFaces faces, Diagnostics& diagnostics, Mesh& mesh) {
@@ -676,7 +697,8 @@ bool makeSubdivision(const scene::Primitive& primitive, const scene::Subdivision
   }
   if (why.empty()) {
     const ClassCounts counts{faces.faceCount, points->count, points->count, faces.cornerCount};
-    const std::vector<SourcePrimvar> primvars = readPrimvars(*source, counts, diagnostics);
+    std::vector<SourcePrimvar> primvars = readPrimvars(*source, counts, diagnostics);
+    for (SourcePrimvar& s : primvars) joinFaceVertex(s, shape.vertices, points->count);
     const std::unique_ptr<Cage> cage = makeCage(primitive, shape, points->count, primvars, diagnostics, why);
     if (cage) mesh.times = points->times;
     if (cage) return Subdivider(primitive, *points, *cage, rate, diagnostics, mesh).run(primvars);

@@ -265,6 +265,28 @@ TEST(Subdivision, BoundaryModesAndHoles) {
   EXPECT_EQ(d.count("GEOM-ZERO-AREA"), 1u);
 }
 
+// Facevertex data without seams is vertex data, whatever the rule for the boundaries of facevarying data.
+TEST(Subdivision, FaceVertexDataIsSubdividedAsVertexData) {
+  const CageData c = sheet(4, 0.3);
+  for (const int mode : {0, 1, 2, 3}) {
+    scene::Primitive p = subdivision(
+        c, "catmull-clark", {tag("interpolateboundary", {2}), tag("facevaryinginterpolateboundary", {mode})});
+    std::vector<float> vertex, corner, cut;
+    for (const V3d& v : c.points) vertex.push_back(float(v.x * v.y + v.z));
+    for (int v : c.vertices) corner.push_back(vertex[size_t(v)]);
+    cut = corner;
+    cut[0] += 1;
+    cut[2] += 1;
+    p.primvars.set(parameter("vertex", StorageClass::Vertex, ValueType::Float, vertex));
+    p.primvars.set(parameter("corner", StorageClass::FaceVertex, ValueType::Float, corner));
+    p.primvars.set(parameter("cut", StorageClass::FaceVertex, ValueType::Float, cut));
+    const Mesh m = made(p, edge(0.1));
+    ASSERT_TRUE(m.find("vertex") && m.find("corner") && m.find("cut"));
+    EXPECT_EQ(m.find("vertex")->data, m.find("corner")->data) << mode;
+    EXPECT_NE(m.find("vertex")->data, m.find("cut")->data) << mode;
+  }
+}
+
 TEST(Subdivision, PrimvarsOfEveryClass) {
   // Vertex data that equals P must come out as P; varying data is bilinear; facevarying follows its boundary rule.
   const CageData c = sheet(4, 0.3);

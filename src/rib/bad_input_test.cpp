@@ -556,6 +556,36 @@ TEST(Archives, AWorldInsideAWorldIsPartOfIt) {
   EXPECT_EQ(readRib("WorldBegin\nSphere 1 -1 1 360\nWorldBegin\nSphere 2 -2 2 360\nWorldEnd").worlds.size(), 2u);
 }
 
+// A file of one frame, too: with its world or without one, and cut short.
+TEST(Archives, AFrameInsideAWorldIsPartOfIt) {
+  const Folder f;
+  f.write("frame.rib",
+          "FrameBegin 1\nTranslate 0 0 5\nWorldBegin\nColor 1 0 0\nSphere 1 -1 1 360\nWorldEnd\nFrameEnd\n");
+  f.write("bare.rib", "FrameBegin 1\nColor 1 0 0\nSphere 1 -1 1 360\nFrameEnd\n");
+  f.write("cut.rib", "FrameBegin 1\nSphere 1 -1 1 360\n");
+  const Read r = readFile(f.write("main.rib",
+                                  "FrameBegin 7\nWorldBegin\nColor 0 1 0\nReadArchive \"frame.rib\"\n"
+                                  "ReadArchive \"bare.rib\"\nSphere 2 -2 2 360\nWorldEnd\nFrameEnd\n"));
+  ASSERT_EQ(r.worlds.size(), 1u) << r.all();
+  ASSERT_EQ(r.world().primitives.size(), 3u) << r.all();
+  EXPECT_EQ(r.count("RIB-NESTING"), 3u) << r.all();
+  EXPECT_EQ(r.messages.size(), 3u) << r.all();
+  EXPECT_EQ(r.world().frame, 7);
+  EXPECT_EQ(r.primitive(0).toWorld.matrices[0][3][2], 5);
+  EXPECT_EQ((*r.primitive(0).attributes->color)[0], 1);
+  EXPECT_EQ((*r.primitive(1).attributes->color)[0], 1);
+  EXPECT_EQ((*r.primitive(2).attributes->color)[1], 1) << "its colour ended with its frame";
+  EXPECT_EQ(r.primitive(2).toWorld.matrices[0][3][2], 0);
+  const Read cut = readFile(f.write("main.rib",
+                                    "FrameBegin 1\nWorldBegin\nReadArchive \"cut.rib\"\nSphere 2 -2 2 360\n"
+                                    "WorldEnd\nFrameEnd\nFrameBegin 2\nWorldBegin\nSphere 3 -3 3 360\nWorldEnd\n"
+                                    "FrameEnd\n"));
+  ASSERT_EQ(cut.worlds.size(), 2u) << cut.all();
+  EXPECT_EQ(cut.worlds[0].primitives.size(), 2u);
+  EXPECT_EQ(cut.worlds[1].primitives.size(), 1u);
+  EXPECT_EQ(cut.worlds[1].frame, 2);
+}
+
 TEST(BadInput, CheckOnlyKeepsNothing) {
   ReadOptions options;
   options.checkOnly = true;

@@ -105,6 +105,12 @@ void Interpreter::frameBegin(Request& r) {
   Cursor c(r);
   double number = 0;
   if (!c.number(number) || !std::isfinite(number)) badArguments(r, "a frame number"), number = 0;
+  if (world_ && sources_.size() > worldSources_) {
+    report(Severity::Error, "RIB-NESTING", r.pos, "FrameBegin in an archive that is read inside a world",
+           "what stands in it is part of the world around it");
+    innerFrames_.push_back(sources_.size());
+    return open(BlockKind::Attribute, r);
+  }
   for (const Block& b : blocks_)
     if (b.kind == BlockKind::Frame || b.kind == BlockKind::World) {
       report(Severity::Error, "RIB-NESTING", r.pos, "FrameBegin inside a frame or world",
@@ -116,7 +122,16 @@ void Interpreter::frameBegin(Request& r) {
   frame_.options.frame = int(std::max(-2e9, std::min(2e9, number)));
   frame_.options.hasFrame = true;
 }
-void Interpreter::frameEnd(Request& r) { close(BlockKind::Frame, r); }
+void Interpreter::frameEnd(Request& r) { closeInner(innerFrames_, BlockKind::Frame, r); }
+
+// The end of a frame or world that is part of the world around it ends the attribute block that stands for it.
+void Interpreter::closeInner(std::vector<size_t>& inner, BlockKind kind, const Request& r) {
+  // an archive that was cut short has ended its own with itself
+  while (!inner.empty() && inner.back() > sources_.size()) inner.pop_back();
+  if (inner.empty()) return close(kind, r);
+  inner.pop_back();
+  close(BlockKind::Attribute, r);
+}
 
 void Interpreter::worldBegin(Request& r) {
   if (world_ && sources_.size() > worldSources_) {
@@ -139,6 +154,7 @@ void Interpreter::worldBegin(Request& r) {
   worldPrototypes_ = nullptr;
   worldSources_ = sources_.size();
   innerWorlds_.clear();
+  innerFrames_.clear();
   // The primary camera is the one named "world"; else the first Camera request that placed it; else what stands here.
   scene::Camera primary = frame_.camera;
   primary.name = "world";
@@ -169,13 +185,7 @@ void Interpreter::worldBegin(Request& r) {
   state_.ctm = scene::Transform();
 }
 
-void Interpreter::worldEnd(Request& r) {
-  // an archive that was cut short has ended its worlds with itself
-  while (!innerWorlds_.empty() && innerWorlds_.back() > sources_.size()) innerWorlds_.pop_back();
-  if (innerWorlds_.empty()) return close(BlockKind::World, r);
-  innerWorlds_.pop_back();
-  close(BlockKind::Attribute, r);
-}
+void Interpreter::worldEnd(Request& r) { closeInner(innerWorlds_, BlockKind::World, r); }
 
 void Interpreter::finishWorld() {
   if (!world_) return;
@@ -315,6 +325,12 @@ void Interpreter::objectInstance(Request& r) {
     report(Severity::Warning, "RIB-INSTANCE-VALUES", r.pos,
            "ObjectInstance has parameters of its own, and instances take none", "they are ignored",
            "Attribute \"user\" before it and the pattern PxrAttribute tell instances apart");
+  if (std::as_const(*state_.attributes).named.find("shade:faceset") &&
+      keptNames_.insert("faceset of instances").second)
+    report(Severity::Warning, "RIB-NO-EFFECT-FACESET", r.pos,
+           "attribute \"shade:faceset\" has no effect on an instance",
+           "its object has all the faces it was made with",
+           "it picks faces of a mesh where that is said: in the object");
   if (lightingObjects_.contains(it->second)) {
     saysLights_ = true;
     if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
@@ -370,6 +386,8 @@ void Interpreter::resource(Request& r) {
     a.classicShaders = saved.attributes->classicShaders;
     a.color = saved.attributes->color;
     a.opacity = saved.attributes->opacity;
+    state_.lateBxdf = saved.lateBxdf;
+    state_.lateDisplacement = saved.lateDisplacement;
   } else {
     report(Severity::Warning, "RIB-RESOURCE", r.pos,
            "the resource subset '" + subset.substr(0, 40) + "' is not known",

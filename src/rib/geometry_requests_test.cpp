@@ -180,6 +180,17 @@ ObjectInstance "leaf" "constant color tint" [1 0 0])");
   EXPECT_EQ(s.instances[1].prototype, 0u) << "a shape of an old light is rendered as ever";
 }
 
+TEST(Objects, FaceSetsOfInstancesAreTold) {
+  const Read r = readWorld(R"(ObjectBegin "o"
+Polygon "P" [0 0 0 1 0 0 1 1 0]
+ObjectEnd
+Attribute "shade" "int[1] faceset" [0]
+ObjectInstance "o"
+ObjectInstance "o")");
+  expectMessage(r, "RIB-NO-EFFECT-FACESET", 6);
+  EXPECT_EQ(r.messages.size(), 1u) << r.all();
+}
+
 TEST(Objects, FaceSetsKeepTheirFaces) {
   const std::string polygons =
       "PointsPolygons [4 3 4] [0 1 2 3 3 2 4 3 4 5 0] \"P\" [-1 -1 0 -1 1 0 0 1 0 0 -1 0 1 1 0 1 -1 0] "

@@ -161,6 +161,7 @@ class Interpreter {
   // ---- blocks.cpp
   void open(BlockKind kind, const Request& r);
   void close(BlockKind kind, const Request& r);
+  void closeInner(std::vector<size_t>& inner, BlockKind kind, const Request& r);
   void leave();  // the innermost block
   void versionRequest(Request&);
   void declareRequest(Request&);
@@ -329,6 +330,7 @@ class Interpreter {
   std::optional<scene::Scene> world_;
   size_t worldSources_ = 0;                  // how many files were being read when it began
   std::vector<size_t> innerWorlds_;          // the same of worlds that archives began inside it
+  std::vector<size_t> innerFrames_;          // ... and of frames
   MemoryHold held_{MemoryUse::Description};  // of what was read and not handed over yet
   uint32_t nextId_ = 1;
   size_t outsideWorld_ = 0;

@@ -127,7 +127,8 @@ constexpr Explanation kExplanations[] = {
     {"RIB-NESTING",
      "Blocks are not balanced: an end without its begin is ignored; a block left open inside another is closed where "
      "the outer one "
-     "ends; what is open at the end of the file is closed there."},
+     "ends; what is open at the end of the file is closed there. Frames and worlds in an archive that is read inside "
+     "a world are attribute blocks of that world."},
     {"RIB-SOLID",
      "SolidBegin names an operation that does not exist: what stands in the block is drawn as it is. Or solids stand "
      "in a primitive solid, which holds surfaces alone: they are united."},
@@ -141,7 +142,9 @@ constexpr Explanation kExplanations[] = {
     {"RIB-MISSPELT",
      "An Attribute, an Option or a parameter of the Hider has a name that differs by a letter from one that is "
      "known, "
-     "or a string where that takes a number (or the other way round). It is kept in the scene description, where "
+     "or a string where that takes a number (or the other way round), or Hider \"raytrace\" has a parameter that "
+     "nobody "
+     "knows. It is kept in the scene description, where "
      "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of "
      "one's "
      "own are no mistake; put them into the group \"user\"."},

@@ -100,6 +100,30 @@ WorldEnd)");
   EXPECT_EQ(r.world().cameras[0].projection, nullptr);
 }
 
+// As the requests that say the same: whole numbers may be floats, and nonsense is refused.
+TEST(Options, RiGroupIsChecked) {
+  const Read floats = readRib(
+      "Option \"Ri\" \"float[2] FormatResolution\" [6 4] \"float FrameAspectRatio\" [-1]\n"
+      "WorldBegin\nWorldEnd");
+  expectClean(floats);
+  EXPECT_EQ(floats.world().resolution, (std::array<int, 2>{6, 4}));
+  const Read r = readRib(R"(Clipping 1 2
+Shutter 0 1
+Option "Ri" "float[2] Clipping" [5 2] "float[2] Shutter" [1 0] "float FrameAspectRatio" [0] "int[2] FormatResolution" [0 0]
+WorldBegin
+Attribute "Ri" "string Orientation" ["inside"]
+Attribute "Ri" "string Orientation" ["foo"]
+Sphere 1 -1 1 360
+WorldEnd)");
+  EXPECT_EQ(r.count("RIB-ARGUMENTS"), 4u) << r.all();
+  EXPECT_EQ(r.messages.size(), 4u) << r.all();
+  EXPECT_EQ(r.world().cameras[0].clipping, (std::array<float, 2>{1, 2}));
+  EXPECT_EQ(r.world().cameras[0].shutter, (std::array<double, 2>{0, 1}));
+  EXPECT_EQ(r.world().frameAspect, -1);
+  EXPECT_GT(r.world().resolution[0], 0);
+  EXPECT_EQ(r.primitive().attributes->orientation, scene::Attributes::Orientation::Inside);
+}
+
 TEST(Cameras, NamedAndPrimary) {
   const Read r = readRib(R"(TransformBegin
 Translate 0 0 1
@@ -222,6 +246,29 @@ TEST(Options, NamesWithoutEffectAreTold) {
                  "merge\" [1]"),
             "RIB-NO-EFFECT-RESOLUTION RIB-NO-EFFECT-ORIGIN RIB-NO-EFFECT-MERGE ");
   EXPECT_EQ(said("", "Attribute \"trace\" \"int samplemotion\" [0]"), "RIB-NO-EFFECT-SAMPLEMOTION ");
+  EXPECT_EQ(said("Option \"shade\" \"int subsurfaceTypeDefaultFromVersion24\" [1] \"int shadowBumpTerminator\" [0] "
+                 "\"float roughnessmollification\" [.5]\nOption \"trace\" \"int maxdepth\" [1]\nOption \"trace\" "
+                 "\"int maxdepth\" [1]"),
+            "RIB-NO-EFFECT-SUBSURFACETYPEDEFAULTFROMVERSION24 RIB-NO-EFFECT-SHADOWBUMPTERMINATOR "
+            "RIB-NO-EFFECT-ROUGHNESSMOLLIFICATION RIB-NO-EFFECT-MAXDEPTH ");
+  EXPECT_EQ(said("",
+                 "Attribute \"trace\" \"float bias\" [.1] \"int autobias\" [0]\nAttribute \"dice\" \"string "
+                 "strategy\" [\"worlddistance\"] \"float worlddistancelength\" [.1]"),
+            "RIB-NO-EFFECT-AUTOBIAS RIB-NO-EFFECT-STRATEGY RIB-NO-EFFECT-WORLDDISTANCELENGTH ");
+  EXPECT_EQ(said("",
+                 "Attribute \"volume\" \"float fps\" [30] \"float shutteroffset\" [2] \"int "
+                 "velocityshuttercorrection\" [1] \"int voxelinterpolation\" [1]"),
+            "RIB-NO-EFFECT-FPS RIB-NO-EFFECT-SHUTTEROFFSET RIB-NO-EFFECT-VELOCITYSHUTTERCORRECTION "
+            "RIB-NO-EFFECT-VOXELINTERPOLATION ");
+  // what exporters write everywhere
+  EXPECT_EQ(
+      said("Option \"shade\" \"int subsurfaceTypeDefaultFromVersion24\" [0] \"int shadowBumpTerminator\" [1] "
+           "\"float roughnessmollification\" [1]\nOption \"trace\" \"int maxdepth\" [10]",
+           "Attribute \"trace\" \"float bias\" [0.001] \"float autobias\" [1]\nAttribute \"dice\" \"string "
+           "strategy\" [\"instanceprojection\"] \"float worlddistancelength\" [-1]\nAttribute \"dice\" \"string "
+           "strategy\" [\"planarprojection\"]\nAttribute \"volume\" \"float fps\" [24] \"int "
+           "velocityshuttercorrection\" [0]"),
+      "");
   EXPECT_EQ(said("Hider \"photon\" \"int emit\" [10]"), "RIB-NO-EFFECT-HIDER ");
   EXPECT_EQ(said("Hider \"bake\""), "RIB-NO-EFFECT-HIDER ");
   EXPECT_EQ(
@@ -252,6 +299,14 @@ TEST(Options, SlipsInKnownNamesAreTold) {
   EXPECT_TRUE(has(what("Hider \"raytrace\" \"int maxsample\" [2]", ""), "did you mean \"maxsamples\""));
   EXPECT_TRUE(has(what("", "Attribute \"trace\" \"string holdout\" [\"1\"]"), "is a number"));
   EXPECT_TRUE(has(what("", "Attribute \"lighting\" \"int subset\" [1]"), "is a string"));
+  EXPECT_TRUE(has(what("Option \"lpe\" \"string difuse2\" [\"Albedo\"]", ""), "did you mean \"diffuse2\""));
+  EXPECT_TRUE(has(what("Option \"lpe\" \"string diffuse2\" [\"Albedo\"] \"string usr12\" [\"\"]", ""), "\"user12\""));
+  EXPECT_TRUE(
+      has(what("Hider \"raytrace\" \"int foo\" [1]\nHider \"raytrace\" \"int foo\" [1]", ""), "raytrace:foo"));
+  EXPECT_EQ(what("Hider \"raytrace\" \"string integrationmode\" [\"path\"] \"float[2] shutteropening\" [0 1] \"float "
+                 "dofaspect\" [1]\nHider \"hidden\" \"int foo\" [1]\nOption \"lpe\" \"string user3\" [\"a\"]",
+                 ""),
+            "");
   // other words, and one's own, are nobody's mistake
   for (const char* said : {"\"user\" \"int camra\" [0]", "\"visibility\" \"int photon\" [0]",
                            "\"visibility\" \"string transmission\" [\"Os\"]", "\"cull\" \"int hidden\" [0]",

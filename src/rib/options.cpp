@@ -48,6 +48,9 @@ constexpr KnownNames kKnownAttributes[] = {
     {"curve", "opacitysamples widthaffectscurvature"},
     {"procedural", "immediatesubdivide reentrant"},
     {"trimcurve", "$sense"},
+    {"volume",
+     "$aggregate aggregaterespectvisibility fps shutteroffset velocityshuttercorrection dsominmax dsovelocity "
+     "voxelinterpolation"},
     {"Ri", "Sides Matte ReverseOrientation $Orientation falloffpower"},
 };
 constexpr KnownNames kKnownOptions[] = {
@@ -60,18 +63,28 @@ constexpr KnownNames kKnownOptions[] = {
     {"trace", "bvhcompression $worldorigin worldoffset maxdepth decimationrate"},
     {"lighting", "minimumestimate selectionlearningscheme"},
     {"curve", "minwidth"},
+    {"shade",
+     "roughnessmollification shadowBumpTerminator debug subsurfaceTypeDefaultFromVersion24 "
+     "chiangCompatibilityVersion"},
     {"shutter", "offset"},
+    {"lpe",
+     "$diffuse1 $diffuse2 $diffuse3 $diffuse4 $diffuse5 $diffuse6 $diffuse7 $diffuse8 $specular1 $specular2 "
+     "$specular3 "
+     "$specular4 $specular5 $specular6 $specular7 $specular8 $user1 $user2 $user3 $user4 $user5 $user6 $user7 $user8 "
+     "$user9 $user10 $user11 $user12"},
     {"searchpath", "$shader $texture $archive $procedural $display $rixplugin $resource $servershader $dirmap"},
     {"statistics", "$filename $xmlfilename $jsonFilename"},
     {"Ri",
-     "CropWindow FormatPixelAspectRatio FormatResolution Frame FrameAspectRatio $PixelFilterName PixelFilterWidth "
-     "PixelVariance ScreenWindow"},
+     "Clipping CropWindow FormatPixelAspectRatio FormatResolution Frame FrameAspectRatio $PixelFilterName "
+     "PixelFilterWidth PixelVariance ScreenWindow Shutter"},
 };
 constexpr KnownNames kKnownHider[] = {
     {"raytrace",
      "minsamples maxsamples minextrasamples incremental jitter bluenoise $adaptivemetric adaptall darkfalloff "
      "exposurebracket samplemotion extrememotiondof sampleoffset samplestride decidither geomShadowTermBias "
-     "$pixelfiltermode pixelvariance aperture"}};
+     "$pixelfiltermode pixelvariance aperture dofaspect shutteropening "
+     // of the first years, which asked for what is done anyway
+     "$integrationmode $samplemode $depthfilter sigma sigmablur maxvdepth midpointratio mpcache interleavewidth"}};
 
 bool isSameLetter(char a, char b) {
   return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
@@ -105,6 +118,13 @@ bool eachName(std::string_view names, F&& f) {
     at = end + 1;
   }
   return false;
+}
+
+template <size_t N>
+bool isKnown(const KnownNames (&known)[N], const std::string& group, const std::string& name) {
+  return std::any_of(std::begin(known), std::end(known), [&](const KnownNames& k) {
+    return k.group == group && eachName(k.names, [&](std::string_view one, bool) { return one == name; });
+  });
 }
 
 // What is wrong with a name or the type of its value, as a message's first and last part; "" when nothing is known.
@@ -212,6 +232,10 @@ void Interpreter::useDirmap(const Request* r) {
 
 void Interpreter::applyRiOptions(const ParameterList& p) {
   scene::Scene& s = frame_.options;
+  const auto bad = [&](const char* name, const char* wanted) {
+    report(Severity::Error, "RIB-ARGUMENTS", p.find(name)->pos,
+           "Option \"Ri:" + std::string(name) + "\" needs " + wanted, "it is ignored");
+  };
   const auto two = [&](const char* name, auto& a, auto& b) {
     if (const auto v = p.getFloats(name); v.size() >= 2)
       a = std::decay_t<decltype(a)>(v[0]), b = std::decay_t<decltype(b)>(v[1]);
@@ -219,15 +243,32 @@ void Interpreter::applyRiOptions(const ParameterList& p) {
   const auto four = [&](const char* name, std::array<float, 4>& to) {
     if (const auto v = p.getFloats(name); v.size() >= 4) std::copy_n(v.begin(), 4, to.begin());
   };
-  if (const Parameter* v = p.find("FormatResolution"); v && v->ints.size() >= 2)
-    s.resolution = {v->ints[0], v->ints[1]};
+  if (const Parameter* v = p.find("FormatResolution"))
+    for (size_t i = 0; i < 2; ++i) {  // as Format: what is not above 0 stays
+      const double n = i < v->ints.size() ? v->ints[i] : i < v->floats.size() ? double(v->floats[i]) : 0;
+      if (n > 0) s.resolution[i] = int(std::max(1.0, std::min(n, 2147483647.0)));
+    }
   s.pixelAspect = p.getFloat("FormatPixelAspectRatio", s.pixelAspect);
-  s.frameAspect = p.getFloat("FrameAspectRatio", s.frameAspect);
+  // -1 is what exporters write where none is meant
+  if (const float aspect = p.getFloat("FrameAspectRatio", s.frameAspect); aspect > 0 || aspect == -1)
+    s.frameAspect = aspect;
+  else if (p.find("FrameAspectRatio"))
+    bad("FrameAspectRatio", "a ratio above 0");
   s.pixelVariance = p.getFloat("PixelVariance", s.pixelVariance);
   s.pixelFilter = p.getString("PixelFilterName", s.pixelFilter);
   two("PixelFilterWidth", s.pixelFilterWidth[0], s.pixelFilterWidth[1]);
-  two("Shutter", frame_.camera.shutter[0], frame_.camera.shutter[1]);
-  two("Clipping", frame_.camera.clipping[0], frame_.camera.clipping[1]);
+  std::array<double, 2> shutter = frame_.camera.shutter;
+  two("Shutter", shutter[0], shutter[1]);
+  if (!(shutter[1] < shutter[0]))
+    frame_.camera.shutter = shutter;
+  else if (p.find("Shutter"))
+    bad("Shutter", "an opening time before the closing time");
+  std::array<float, 2> clipping = frame_.camera.clipping;
+  two("Clipping", clipping[0], clipping[1]);
+  if (clipping[0] < clipping[1])
+    frame_.camera.clipping = clipping;
+  else if (p.find("Clipping"))
+    bad("Clipping", "near below far");
   four("ScreenWindow", frame_.camera.screenWindow);
   four("CropWindow", s.cropWindow);
   if (p.find("Frame")) s.frame = p.getInt("Frame", s.frame);
@@ -252,11 +293,18 @@ void Interpreter::attribute(Request& r) {
       if (p.name == "Sides") edit(A::kSides).sides = value == 1 ? 1 : 2;
       if (p.name == "Matte") edit(A::kMatte).matte = value != 0;
       if (p.name == "ReverseOrientation") edit(A::kReverseOrientation).reverseOrientation = value != 0;
-      if (p.name == "Orientation")
-        setOrientation(orientation == "inside" ? O::Inside
-                       : orientation == "lh"   ? O::LeftHanded
-                       : orientation == "rh"   ? O::RightHanded
-                                               : O::Outside);
+      if (p.name == "Orientation") {
+        static const std::pair<std::string_view, O> kWords[] = {
+            {"outside", O::Outside}, {"inside", O::Inside}, {"lh", O::LeftHanded}, {"rh", O::RightHanded}};
+        const auto* word =
+            std::find_if(std::begin(kWords), std::end(kWords), [&](const auto& w) { return w.first == orientation; });
+        if (word == std::end(kWords)) {
+          report(Severity::Error, "RIB-ARGUMENTS", r.pos,
+                 "Attribute \"Ri:Orientation\" needs \"outside\", \"inside\", \"lh\" or \"rh\"", "it is ignored");
+          continue;
+        }
+        setOrientation(word->second);
+      }
     }
     p.name = group + ":" + p.name;
     tellOfNoEffect(Where::Attribute, p.name, p, r.pos);
@@ -477,9 +525,14 @@ void Interpreter::displayChannel(Request& r) {
 void Interpreter::hider(Request& r) {
   if (optionsAllowed(r))
     if (auto n = node(r, false, Use::Classic)) {
-      for (const Parameter& p : n->params)
-        if (Slip slip = slipOf(kKnownHider, "parameter", n->plugin, p); !slip.what.empty())
+      for (const Parameter& p : n->params) {
+        Slip slip = slipOf(kKnownHider, "parameter", n->plugin, p);
+        if (slip.what.empty() && n->plugin == "raytrace" && !isKnown(kKnownHider, n->plugin, p.name) &&
+            keptNames_.insert("Hider raytrace:" + p.name).second)
+          slip.what = "there is no parameter \"raytrace:" + p.name.substr(0, 60) + "\" of the Hider";
+        if (!slip.what.empty())
           report(Severity::Warning, "RIB-MISSPELT", r.pos, slip.what, "it has no effect", slip.advice);
+      }
       for (const Parameter& p : n->params) tellOfNoEffect(Where::Hider, p.name, p, r.pos);
       if (const char* why = otherHider(n->plugin); why && keptNames_.insert("Hider " + n->plugin).second)
         report(Severity::Warning, "RIB-NO-EFFECT-HIDER", r.pos, "Hider \"" + n->plugin + "\" is not known here", why);

@@ -129,6 +129,26 @@ WorldEnd)rib");
   EXPECT_EQ(r.primitive(1).attributes->named.getString("identifier:name", ""), "n0.3_1234567891");
 }
 
+// A terminal whose patterns are missing yet does not come back after a restore.
+TEST(Resources, ShadingReplacesWhatWaitsForPatterns) {
+  const Read r = readWorld(R"(Bxdf "A" "a"
+Resource "r" "attributes" "string operation" ["save"]
+Bxdf "B" "b" "reference color c" ["p:out"]
+Displace "D" "d" "reference float s" ["p:out"]
+Resource "late" "attributes" "string operation" ["save"]
+Resource "r" "attributes" "string operation" ["restore"] "string subset" ["shading"]
+Sphere 1 -1 1 360
+Pattern "P" "p"
+Resource "late" "attributes" "string operation" ["restore"] "string subset" ["shading"]
+Sphere 1 -1 1 360)");
+  expectClean(r);
+  EXPECT_EQ(r.primitive(0).attributes->bxdf->terminal->plugin, "A");
+  EXPECT_EQ(r.primitive(0).attributes->displacement, nullptr);
+  EXPECT_EQ(r.primitive(1).attributes->bxdf->terminal->plugin, "B");
+  EXPECT_EQ(r.primitive(1).attributes->bxdf->patterns.size(), 1u) << "what waited goes on to wait";
+  EXPECT_EQ(r.primitive(1).attributes->displacement->patterns.size(), 1u);
+}
+
 TEST(Resources, SaveAndRestore) {
   const Read r = readWorld(R"(ResourceBegin
 Color 1 0 0

@@ -188,8 +188,17 @@ void Interpreter::lightFilter(Request& r) {
 }
 
 void Interpreter::addLight(scene::Light l) {
-  l.id = nextId_++;
   const bool classic = l.node->kind != "Light";
+  if (classic &&
+      !openObjects_.empty()) {  // they are of the world; there they would shine once, where nobody put them
+    if (lateReported_.insert(l.node).second)
+      report(Severity::Warning, "CLASSIC-LIGHT-OUT", l.node->pos,
+             l.node->kind + " '" + l.node->plugin + "' stands in an object",
+             l.geometry ? "its shapes are rendered and give no light" : "it is left out",
+             "lights of the request Light may stand in objects");
+    return;
+  }
+  l.id = nextId_++;
   if (l.node->kind == "LightSource") {
     lightSourceOf_[l.node->handle] = l.id;
     switchLightSource(l.id, true);

@@ -175,6 +175,24 @@ Sphere 1 -1 1 360)");
   EXPECT_TRUE(r.messages.empty()) << r.all();
 }
 
+// Those of the world: in an object they would shine once, in its space, whether it is placed or not.
+TEST(Lights, ClassicOnesInObjectsAreRefused) {
+  const Read r = readWorld(R"(ObjectBegin "lamp"
+LightSource "pointlight" 1 "from" [1 2 3]
+AreaLightSource "area" 2
+Sphere 1 -1 1 360
+Sphere 2 -2 2 360
+ObjectEnd
+ObjectInstance "lamp"
+Sphere 3 -3 3 360)");
+  ASSERT_EQ(r.world().prototypes.size(), 1u);
+  EXPECT_EQ(r.world().prototypes[0].primitives.size(), 2u) << "their shapes are there";
+  EXPECT_TRUE(r.world().classicLights.empty());
+  EXPECT_EQ(r.primitive(0).attributes->lightSources, nullptr);
+  EXPECT_EQ(r.count("CLASSIC-LIGHT-OUT"), 2u) << r.all();
+  EXPECT_EQ(r.messages.size(), 2u) << r.all();
+}
+
 TEST(Lights, BeforeTheWorldMoveWithTheCamera) {
   const Read r = readRib(R"(FrameBegin 1
 Translate 0 0 2

@@ -232,32 +232,34 @@ class Flattener {
     if (d) ResolvedParams(*d, &n, diagnostics_);  // for its messages
     const scene::Node *below = input(n, op->below), *above = input(n, op->above);
     bool hasBelow = below && add(*below, on);
+    // The half that is not there returns no light; what is there keeps its place. A top that shows in part and has no
+    // base shows by a mix: it may be glass, which lies on nothing.
+    const bool isBareTop = op->letter == 'L' && !hasBelow && above && showsInPart(n, op->amount);
+    const bool wantsBelow = !hasBelow && above && (op->letter != 'L' || isBareTop) && leaves_ + 1 < kMaxLeaves;
+    if (wantsBelow) black();
     bool hasAbove = above && add(*above, on || (hasBelow && op->letter == 'L'));
-    if (op->letter != 'L' && hasBelow != hasAbove && leaves_ < kMaxLeaves) {
-      // the half that is not there returns no light; what is there keeps its place
-      if (hasBelow) {
-        black();
-        hasAbove = true;
-      } else {
-        black();
-        return combine(n, *op, d, true);
-      }
+    if (wantsBelow && !hasAbove) {
+      structure_.pop_back();
+      node_.params.erase("leaf" + std::to_string(leaves_--) + "_color");
     }
-    if (hasBelow && hasAbove) return combine(n, *op, d, false);
+    hasBelow = hasBelow || (wantsBelow && hasAbove);
+    if (op->letter != 'L' && hasBelow && !hasAbove && leaves_ < kMaxLeaves) {
+      black();
+      hasAbove = true;
+    }
+    if (hasBelow && hasAbove) return combine(n, *op, d, isBareTop ? 'M' : op->letter);
     return hasBelow || hasAbove;
   }
-  bool combine(const scene::Node& n, const OpRow& op, const Descriptor* d, bool swapped) {
-    structure_ += op.letter;
+  static bool showsInPart(const scene::Node& n, const char* amount) {
+    for (const scene::Parameter& p : n.params)
+      if (sameName(p.name, amount)) return p.isReference || n.params.getFloat(p.name, 1.f) < 1;
+    return false;
+  }
+  bool combine(const scene::Node& n, const OpRow& op, const Descriptor* d, char letter) {
+    structure_ += letter;
     const std::string prefix = "op" + std::to_string(++ops_) + "_";
-    if (!swapped) {
-      copy(n, d, op.amount, prefix + "amount");
-      if (op.other) copy(n, d, op.other, prefix + "other");
-    } else if (op.other) {
-      copy(n, d, op.other, prefix + "amount");
-    } else {
-      const scene::Parameter* mix = n.params.find(op.amount);
-      number(prefix + "amount", 1 - (mix && !mix->isReference ? n.params.getFloat(op.amount, 0.f) : 0.f));
-    }
+    copy(n, d, op.amount, prefix + "amount");
+    if (op.other) copy(n, d, op.other, prefix + "other");
     return true;
   }
   // LamaSSS and LamaTricolorSSS: where their values go there is room for kMaxBelow.

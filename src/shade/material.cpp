@@ -248,6 +248,22 @@ void MaterialSet::addPatterns(const scene::Network& network, std::vector<Resolve
 
 // Follows what each node's parameters are connected to.
 void MaterialSet::connect(std::vector<Resolved>& nodes, const Handles& handles) {
+  // A layer S to which nothing is connected, and of which no member S_x is said, is none: its switch SEnabled, which is
+  // on by default, would lay the plug-in's usual values over what is below.
+  const auto switchOffEmpty = [](Resolved& r) {
+    const auto isSaid = [&](const std::string& prefix) {
+      for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
+        if (std::string_view(r.plugin->params[i].name).starts_with(prefix) && r.values->given(i)) return true;
+      return false;
+    };
+    for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
+      const Param& p = r.plugin->params[i];
+      if (p.type != Type::Struct || p.flags & kParamOutput || r.links[i].node >= 0) continue;
+      const std::string layer = p.name;
+      for (uint32_t k = 0; k < r.plugin->paramCount; ++k)
+        if (r.plugin->params[k].name == layer + "Enabled" && !isSaid(layer + "_")) r.values->setNumber(k, 0);
+    }
+  };
   for (size_t n = 0; n < nodes.size(); ++n) {
     Resolved& r = nodes[n];
     // What "handle:output" names; node -1 after a message.
@@ -325,6 +341,7 @@ void MaterialSet::connect(std::vector<Resolved>& nodes, const Handles& handles) 
     }
     for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
       if (r.plugin->params[i].type == Type::Struct && r.links[i].node >= 0) connectMembers(nodes, r, i);
+    switchOffEmpty(r);
   }
 }
 

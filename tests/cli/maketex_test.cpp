@@ -44,6 +44,26 @@ TEST(Maketex, TakesTxmakesSpelling) {
   }
 }
 
+// Flags of txmake that change nothing here are named, and take their value with them.
+TEST(Maketex, TellsOfWhatItIgnores) {
+  Workplace w;
+  ASSERT_EQ(picture(w).exitCode, 0);
+  Result r = w.run({"maketex", "-mipfilter", "lanczos", "-filter", "cubic", "-pattern", "diagonal", "-blur", "1",
+                    "-compression", "lzw", "in.png", "out.tx"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_EQ(r.err, "");
+  EXPECT_TRUE(w.has("out.tx"));
+  r = w.run({"maketex", "-filter", "cubic", "-pattern", "all", "-blur", "2", "-ch", "0,1", "in.png", "more.tx"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_TRUE(w.has("more.tx"));
+  for (const char* flag : {"--pattern all is not", "--blur is not", "--ch is not"})
+    EXPECT_NE(r.err.find(flag), std::string::npos) << r.err;
+  r = w.run({"maketex", "-compression", "foo", "in.png", "none.tx"});
+  EXPECT_EQ(r.exitCode, 2) << r.err;
+  EXPECT_NE(r.err.find("foo"), std::string::npos) << r.err;
+  EXPECT_FALSE(w.has("none.tx"));
+}
+
 TEST(Maketex, SaysWhatIsWrong) {
   Workplace w;
   ASSERT_EQ(picture(w).exitCode, 0);

@@ -118,6 +118,29 @@ Bxdf "LamaLayer" "m" "reference bxdf materialTop" ["b"] "reference bxdf material
   EXPECT_EQ(quietly(plain), quietly(connected));
 }
 
+// A half that is not there is black, whichever it is and however the amount is said; a top without a base shows as far
+// as topMix says.
+TEST(LamaMaterial, HalvesThatAreMissingAreBlack) {
+  const std::string slabs = R"(Pattern "PxrToFloat" "part" "color input" [0.25 0.25 0.25]
+Bxdf "LamaDiffuse" "a" "color color" [0.8 0.3 0.1]
+Bxdf "LamaEmission" "none" "color color" [0 0 0]
+)";
+  const std::string mix = "Bxdf \"LamaMix\" \"m\" \"reference bxdf material2\" [\"a\"] ",
+                    none = "\"reference bxdf material1\" [\"none\"] ", said = "\"float mix\" [0.25]\n",
+                    connected = "\"reference float mix\" [\"part:resultF\"]\n";
+  const auto quarter = quietly(slabs + mix + none + said);
+  EXPECT_NE(quarter, quietly(slabs + mix + none + "\"float mix\" [0.5]\n"));
+  EXPECT_EQ(quarter, quietly(slabs + mix + said));
+  EXPECT_EQ(quarter, quietly(slabs + mix + connected));
+  const std::string top = "Bxdf \"LamaLayer\" \"m\" \"reference bxdf materialTop\" [\"a\"] ";
+  EXPECT_EQ(quarter, quietly(slabs + top + "\"float topMix\" [0.25]\n"));
+  EXPECT_EQ(quarter, quietly(slabs + top + "\"reference float topMix\" [\"part:resultF\"]\n"));
+  const std::string sum =
+      "Bxdf \"LamaAdd\" \"m\" \"float weight1\" [0.5] \"float weight2\" [0.25] "
+      "\"reference bxdf material2\" [\"a\"] ";
+  EXPECT_EQ(quietly(slabs + sum), quietly(slabs + sum + none));
+}
+
 TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
   const auto told = [](const std::string& material, const std::string& what) {
     const Seen s = seen(material);

@@ -89,5 +89,23 @@ Bxdf "PxrLayerSurface" "m" "reference vstruct inputMaterial" ["outer:pxrMaterial
   EXPECT_EQ(nested, plain);
 }
 
+// A layer of which nothing is said is none, whatever its switch and its mask; one value of it makes it one.
+TEST(LayeredMaterial, LayersOfNothingAreNone) {
+  const auto mixed = [](const std::string& more) {
+    return pixelsOf(kLayers + ("Pattern \"PxrLayerMixer\" \"mix\" \"reference vstruct baselayer\" "
+                               "[\"red:pxrMaterialOut\"] " +
+                               more +
+                               "\nBxdf \"PxrLayerSurface\" \"m\" \"reference vstruct inputMaterial\" "
+                               "[\"mix:pxrMaterialOut\"]\n"));
+  };
+  const auto plain = pixelsOf(kLayers + std::string(R"(
+Bxdf "PxrLayerSurface" "m" "reference vstruct inputMaterial" ["red:pxrMaterialOut"]
+)"));
+  ASSERT_FALSE(plain.empty());
+  EXPECT_EQ(mixed(""), plain);
+  EXPECT_EQ(mixed("\"int layer2Enabled\" [1] \"float layer2Mask\" [0.5]"), plain);
+  EXPECT_NE(mixed("\"color layer1_diffuseColor\" [0.18 0.18 0.18]"), plain);
+}
+
 }  // namespace
 }  // namespace kinora::tests

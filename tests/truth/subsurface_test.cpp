@@ -72,6 +72,23 @@ TEST(Subsurface, AlbedoOneVanishesInAFurnace) {
   }
 }
 
+// Where the lengths are below a pixel's footprint a diffuse surface stands in; profiles without a gain do not count.
+TEST(Subsurface, ProfilesWithoutGainReachNowhere) {
+  const auto seen = [](const std::string& more) {
+    RenderRequest r;
+    r.rib = orthographic(8, 1.5, 4) + unbiased(8) + "WorldBegin\n" + kSky +
+            wax(type(3) + gray("subsurfaceColor", 0.8) + number("subsurfaceDmfp", 0.001) +
+                "\"float subsurfaceDiffuseSwitch\" [1] " + more) +
+            kBall + "WorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    return render.ok() ? stateOf(render.film()) : std::vector<int64_t>();
+  };
+  const auto near = seen(number("shortSubsurfaceDmfp", 0.001) + number("longSubsurfaceDmfp", 0.001));
+  EXPECT_EQ(near, seen("")) << "their usual lengths are long";
+  EXPECT_NE(near, seen(number("longSubsurfaceGain", 0.1)));
+}
+
 // Placed, stretched, mirrored and moving objects: sides and lengths are those of the scene.
 TEST(Subsurface, PlacedAndMovingObjectsVanishToo) {
   for (const char* place : {"Scale 0.9 1.2 0.7", "Scale -1 1 1",

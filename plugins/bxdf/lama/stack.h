@@ -107,8 +107,12 @@ struct SlabTree {
       if (leaf.kind == lama::kKindSubsurface) {
         const lobes::SubsurfaceClosure& x = k.below[leaf.medium];
         F length = loadFloat<W>(x.reach, s.at);
-        if (x.shortReach.components)
-          length = max(length, max(loadFloat<W>(x.shortReach, s.at), loadFloat<W>(x.longReach, s.at)));
+        if (x.shortReach.components) {  // a part that gives nothing reaches nowhere
+          const auto of = [&](const Value& gain, const Value& reach) {
+            return zeroUnless(loadFloat<W>(gain, s.at) > none, loadFloat<W>(reach, s.at));
+          };
+          length = max(of(x.gain, x.reach), max(of(x.shortGain, x.shortReach), of(x.longGain, x.longReach)));
+        }
         const F reach = maxComponent(loadRgb<W>(x.reachColor, s.at)) * length * F(x.unit);
         l.sinks = s.sinks(reach, one);
       }

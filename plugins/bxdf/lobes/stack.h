@@ -222,11 +222,14 @@ struct LobeStack {
     F reach = loadFloat<W>(x.reach, s.at);
     const F gain = max(loadFloat<W>(x.gain, s.at), none);
     if (x.shortGain.components) {
+      // a part that gives nothing reaches nowhere
       const auto add = [&](const Value& c, const Value& g, const Value& r) {
-        color += positive(loadRgb<W>(c, s.at)) * max(loadFloat<W>(g, s.at), none);
-        reach = max(reach, loadFloat<W>(r, s.at));
+        const F amount = max(loadFloat<W>(g, s.at), none);
+        color += positive(loadRgb<W>(c, s.at)) * amount;
+        reach = max(reach, zeroUnless(amount > none, loadFloat<W>(r, s.at)));
       };
       color = color * gain;
+      reach = zeroUnless(gain > none, reach);
       add(x.shortColor, x.shortGain, x.shortReach);
       add(x.longColor, x.longGain, x.longReach);
     } else {

@@ -1,6 +1,7 @@
 // PxrLayerMixer: up to four layers of material over a base, each by its mask. Members are blended one by one, as the
 // reference does: a mask of 0.5 gives a material of mean parameters. A lobe that a layer lacks stays as it is below;
-// one that nothing below has comes in with the layer's own shape and a weight that the mask scales.
+// one that nothing below has comes in with the layer's own shape and a weight that the mask scales. A layer of which
+// the scene says nothing is switched off before (shade/material.cpp).
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrLayerMixer/PxrLayerMixer.cpp"
 #include <kinora/pattern_author.h>
 #include "plugins/pattern/layers/members.h"
