@@ -523,8 +523,8 @@ constexpr Explanation kRooms[] = {
     {"FILTER-REFERENCE",
      "A filter combiner names a filter by a handle that no SampleFilter, DisplayFilter or LightFilter of its kind "
      "(for "
-     "lights: in force where the Light stands) has. It is left out; "
-     "the "
+     "lights: in force where the Light stands) has, or the handle "
+     "of a combiner that names it in turn. It is left out; the "
      "others run in the order in which the combiner names them."},
     {"FILTER-FILM",
      "filmMinX, filmMinY, filmMaxX and filmMaxY of a filter that lays a picture behind or over the frame leave no "

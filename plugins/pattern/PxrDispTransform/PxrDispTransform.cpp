@@ -63,8 +63,7 @@ constexpr Param kParams[] = {
         .range(1, 3)
         .options("1 none, 2 centered, 3 interpolate")
         .help("1: values times dispHeight. 2: what is above dispCenter times dispHeight, below times dispDepth. 3: 0 "
-              "is "
-              "-dispDepth, .5 nothing, 1 dispHeight, on a smooth curve."),
+              "is -dispDepth, .5 nothing, 1 dispHeight, on a smooth curve."),
     param::number("dispCenter", 0.5f).help("Value that moves nothing, where dispRemapMode is 2."),
     param::string("dispScaleSpace", "object").help("Space in whose units lengths are: object, world, or a name."),
     param::integer("useDispDirection", 0).range(0, 1).help("1: distances lead along dispDirection, as resultXYZ."),
