@@ -74,8 +74,12 @@ constexpr Explanation kOwn[] = {
      "--set takes KIND.NAME=VALUE. KIND is integrator, hider, projection, option, light or display; NAME is a "
      "parameter "
      "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. A NAME "
-     "that nothing of the kind has is a mistake. "
-     "Exit code 2."},
+     "that nothing of the kind has is a mistake, and so are options that act while the scene is read, which is "
+     "before. Exit code 2."},
+    {"CLI-SET-READ",
+     "--set option.user:NAME=VALUE holds for what is asked while the frame is rendered. Conditions (IfBegin) are "
+     "decided while the scene is read, by the scene's own Option \"user\"; a file that stands before the scene on the "
+     "command line can say it for them."},
 };
 
 // Messages of rooms that have no table of their own.
