@@ -190,7 +190,11 @@ TEST(BadValues, OfOptionsAreABadCommandLine) {
                                                           {"scene.rib", "--search-path", "texture="},
                                                           {"scene.rib", "--crop", "0.011", "0.012", "0", "1"},
                                                           {"plugins", "--plugin-path", "nowhere"},
-                                                          {"diff", "", "scene.rib"}};
+                                                          {"diff", "", "scene.rib"},
+                                                          {"diff", "a.exr", "b.exr", "--threshold", "nan"},
+                                                          {"diff", "a.exr", "b.exr", "--threshold=-0.5"},
+                                                          {"diff", "a.exr", "b.exr", "--rmse", "nan"},
+                                                          {"diff", "a.exr", "b.exr", "--max=-1"}};
   for (const auto& command : commands) {
     const Result r = w.run(command);
     EXPECT_EQ(r.exitCode, 2) << command[0] << ' ' << command[1] << ' ' << command.back() << '\n' << r.err;
