@@ -78,7 +78,8 @@ constexpr Explanation kOwn[] = {
      "before. Exit code 2."},
     {"CLI-SET-READ",
      "--set option.user:NAME=VALUE holds for what is asked while the frame is rendered. Conditions (IfBegin) are "
-     "decided while the scene is read, by the scene's own Option \"user\"; a file that stands before the scene on the "
+     "decided while the scene is read, by the scene's own Option \"user\"; a file that stands before the scene on "
+     "the "
      "command line can say it for them."},
 };
 
