@@ -135,7 +135,7 @@ TEST(Set, ReachesAllLights) {
            "Projection \"orthographic\"\nWorldBegin\n" +
            light + "Bxdf \"PxrDiffuse\" \"d\"\nPolygon \"P\" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]\nWorldEnd\n";
   };
-  for (const std::string& light :
+  for (const char* light :
        {"ObjectBegin \"lamp\"\nLight \"PxrDistantLight\" \"l\"\nObjectEnd\nObjectInstance \"lamp\"\n",
         "LightSource \"distantlight\" 1 \"intensity\" [2]\nIlluminate 1 1\n"}) {
     w.write("scene.rib", scene(light));
