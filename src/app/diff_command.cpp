@@ -4,6 +4,10 @@
 #include <CLI/Formatter.hpp>
 #include <fmt/format.h>
 
+#include <optional>
+#include <string>
+#include <utility>
+
 #include "app/command_line.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
@@ -39,6 +43,13 @@ int runDiff(const Arguments& arguments) {
   parser->add_option("-o,--output", picture, "write |A - B| as a picture")->type_name("FILE");
   parser->add_option("--gain", gain, "factor on that picture (1)")->type_name("G");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;
+  const auto isAtLeast0 = [](std::optional<double> x) { return !x || *x >= 0; };  // no number is not, either
+  for (const auto& [name, value] : {std::pair{"--threshold", std::optional(limits.valueThreshold)},
+                                    {"--max", limits.maximum},
+                                    {"--rmse", limits.rmse},
+                                    {"--relative-mse", limits.relativeMse},
+                                    {"--pixels", limits.differingPixels}})
+    if (!isAtLeast0(value)) return badCommandLine(diagnostics, std::string(name) + " takes a number of 0 or more");
   if (!part.empty())
     if (const auto wrong = readCrop(part, limits.part)) return badCommandLine(diagnostics, *wrong);
   if (isOverInput(diagnostics, picture, {a, b})) return kBadCommandLine;

@@ -78,8 +78,13 @@ constexpr Explanation kOwn[] = {
      "--set takes KIND.NAME=VALUE. KIND is integrator, hider, projection, option, light or display; NAME is a "
      "parameter "
      "of that kind, for options GROUP:NAME; VALUE is a number, three numbers separated by commas, or text. A NAME "
-     "that nothing of the kind has is a mistake. "
-     "Exit code 2."},
+     "that nothing of the kind has is a mistake, and so are options that act while the scene is read, which is "
+     "before. Exit code 2."},
+    {"CLI-SET-READ",
+     "--set option.user:NAME=VALUE holds for what is asked while the frame is rendered. Conditions (IfBegin) are "
+     "decided while the scene is read, by the scene's own Option \"user\"; a file that stands before the scene on "
+     "the "
+     "command line can say it for them."},
 };
 
 // Messages of rooms that have no table of their own.
@@ -376,6 +381,10 @@ constexpr Explanation kRooms[] = {
      "tell "
      "apart (26; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
+    {"RENDER-TRACE-MEDIUM",
+     "trace:shadowsubset, reflectsubset, transmitsubset or one of their exclude forms keeps an object's rays from a "
+     "medium that fills space. Subsets choose among surfaces; media are there for the rays of all objects, as their "
+     "own visibility:camera, indirect and transmission say."},
     {"RENDER-CAMERA",
      "The camera's transform cannot be inverted or holds NaN: the identity stands in for it. Or its screen window, "
      "near "
@@ -531,8 +540,8 @@ constexpr Explanation kRooms[] = {
     {"FILTER-REFERENCE",
      "A filter combiner names a filter by a handle that no SampleFilter, DisplayFilter or LightFilter of its kind "
      "(for "
-     "lights: in force where the Light stands) has. It is left out; "
-     "the "
+     "lights: in force where the Light stands) has, or the handle "
+     "of a combiner that names it in turn. It is left out; the "
      "others run in the order in which the combiner names them."},
     {"FILTER-FILM",
      "filmMinX, filmMinY, filmMaxX and filmMaxY of a filter that lays a picture behind or over the frame leave no "

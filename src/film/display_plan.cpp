@@ -222,13 +222,15 @@ void checkFiles(DisplayPlan& plan, Diagnostics& diagnostics) {
 }  // namespace
 
 std::string fillFrame(std::string file, int frame) {
-  const size_t begin = file.find('#');
-  if (begin == std::string::npos) return file;
-  const size_t end = std::min(file.find_first_not_of('#', begin), file.size());
-  std::string digits = std::to_string(frame < 0 ? -int64_t(frame) : int64_t(frame));
-  const std::string sign = frame < 0 ? "-" : "";
-  while (digits.size() + sign.size() < end - begin) digits.insert(digits.begin(), '0');
-  return file.replace(begin, end - begin, sign + digits);
+  const std::string number = std::to_string(frame < 0 ? -int64_t(frame) : int64_t(frame)),
+                    sign = frame < 0 ? "-" : "";
+  for (size_t begin = file.find('#'); begin != std::string::npos; begin = file.find('#', begin)) {
+    const size_t marks = std::min(file.find_first_not_of('#', begin), file.size()) - begin;
+    std::string digits = number;
+    while (digits.size() + sign.size() < marks) digits.insert(digits.begin(), '0');
+    file.replace(begin, marks, sign + digits);
+  }
+  return file;
 }
 
 bool isDeepQuantize(const std::vector<float>& quantize) { return std::max(quantize[1], quantize[3]) > 255; }

@@ -74,7 +74,7 @@ int largestCode(const Output& output, const ChannelLayout& layout);
 // Whether that takes more than a byte, by a quantize of four numbers.
 bool isDeepQuantize(const std::vector<float>& quantize);
 
-// "####" in a name becomes the frame number padded to as many digits (a minus counts as one).
+// Each "####" in a name becomes the frame number padded to as many digits (a minus counts as one).
 std::string fillFrame(std::string file, int frame);
 
 // -o for the plan of a part (kinora merge): the primary picture goes to `file`, format by its extension.

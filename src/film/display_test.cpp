@@ -216,6 +216,7 @@ TEST(FillFrame, PadsToTheNumberOfMarks) {
   EXPECT_EQ(fillFrame("a.#.exr", 123), "a.123.exr");
   EXPECT_EQ(fillFrame("a.###", -5), "a.-05");
   EXPECT_EQ(fillFrame("plain.exr", 7), "plain.exr");
+  EXPECT_EQ(fillFrame("####/a.##.exr", 12), "0012/a.12.exr") << "all of them";
 }
 
 TEST_F(Displays, ExrHoldsTheFilmsValuesAndMetadata) {

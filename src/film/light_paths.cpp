@@ -34,6 +34,7 @@ constexpr Named kNamed[] = {
     {"indirect", "C[DS]{2,}[<L.>O]"},
     {"caustics", "CD[S]+<L.>"},
     {"shadowCollector", "shadows;C[<.D'collector'><.S'collector'>]<L.>"},
+    {"reflectionCollector", "C<RS'collector'>([DS]+<L.>|[DS]*O)"},
 };
 
 const char* namedExpression(std::string_view name) {

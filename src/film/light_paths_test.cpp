@@ -94,6 +94,12 @@ TEST(LightPathExpression, LobeNumbersLabelsAndGroups) {
   EXPECT_FALSE(matches("C<.S'floor'>L", {{kLobeSpecular, "Glass", "wall"}}));
   EXPECT_TRUE(matches("C<.[DS]'floor'>[^<.D'floor'>]L", {{kLobeDiffuse, "", "floor"}, {kLobeDiffuse, "", "wall"}}));
   EXPECT_FALSE(matches("C<.[DS]'floor'>[^<.D'floor'>]L", {{kLobeDiffuse, "", "floor"}, {kLobeDiffuse, "", "floor"}}));
+  constexpr Event kMirror{kLobeSpecular, "", "collector"};
+  EXPECT_TRUE(matches("reflectioncollector", {kMirror, RD}));
+  EXPECT_TRUE(matches("reflectioncollector", {kMirror}, "-"));
+  EXPECT_FALSE(matches("reflectioncollector", {kMirror})) << "no reflection of a thing";
+  EXPECT_FALSE(matches("reflectioncollector", {RS, RD}));
+  EXPECT_FALSE(matches("reflectioncollector", {{kLobeDiffuse, "", "collector"}, RD}));
   EXPECT_TRUE(matches("CD<L.'key'>", {RD}, "key"));
   EXPECT_TRUE(matches("CD<L'key'>", {RD}, "key"));
   EXPECT_FALSE(matches("CD<L.'key'>", {RD}, "fill"));

@@ -23,24 +23,60 @@ constexpr int kRows = 16;  // of pixels that are filtered at a time
 
 bool isCombiner(const scene::Node& n) { return lowerCase(n.plugin).ends_with("filtercombiner"); }
 
-// The nodes that run, in order.
-std::vector<scene::NodePtr> active(const std::vector<scene::NodePtr>& nodes, Diagnostics& diagnostics) {
-  if (nodes.empty()) return {};
-  const scene::NodePtr last = nodes.back();
-  if (!isCombiner(*last)) return {last};
-  std::vector<scene::NodePtr> order;
-  const scene::Parameter* filter = last->params.find("filter");
-  for (const std::string& handle : filter ? filter->strings : std::vector<std::string>()) {
-    const auto it = std::find_if(nodes.begin(), nodes.end(), [&](const auto& n) { return n->handle == handle; });
-    if (it == nodes.end() || isCombiner(**it))
-      diagnostics.warning(
-          "FILTER-REFERENCE", last->pos,
-          last->plugin + " '" + last->handle + "' names the filter '" + handle + "', which is not there",
-          "it is left out");
-    else
-      order.push_back(*it);
+// The nodes that run, in order. A combiner may name combiners, but no one that it is named by itself.
+class ActiveNodes {
+ public:
+  ActiveNodes(const std::vector<scene::NodePtr>& nodes, Diagnostics& diagnostics)
+      : nodes_(nodes), diagnostics_(diagnostics) {
+    if (!nodes.empty()) add(nodes.back());
   }
-  return order;
+  const std::vector<scene::NodePtr>& order() const { return order_; }
+
+ private:
+  static constexpr size_t kMost = 4096;  // combiners that name one another twice double with each level
+  void add(const scene::NodePtr& node) {
+    if (!isCombiner(*node)) {
+      if (order_.size() < kMost) order_.push_back(node);
+      return;
+    }
+    open_.push_back(node.get());
+    const scene::Parameter* filter = node->params.find("filter");
+    for (const std::string& handle : filter ? filter->strings : std::vector<std::string>()) {
+      if (++named_ > kMost) break;
+      const auto it = std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& n) { return n->handle == handle; });
+      if (it == nodes_.end())
+        leaveOut(*node, handle, "which is not there");
+      else if (std::find(open_.begin(), open_.end(), it->get()) != open_.end())
+        leaveOut(*node, handle, "by which it is named itself");
+      else
+        add(*it);
+    }
+    open_.pop_back();
+  }
+  void leaveOut(const scene::Node& combiner, const std::string& handle, const std::string& why) {
+    diagnostics_.warning("FILTER-REFERENCE", combiner.pos,
+                         combiner.plugin + " '" + combiner.handle + "' names the filter '" + handle + "', " + why,
+                         "it is left out");
+  }
+  const std::vector<scene::NodePtr>& nodes_;
+  Diagnostics& diagnostics_;
+  std::vector<const scene::Node*> open_;  // combiners around
+  std::vector<scene::NodePtr> order_;
+  size_t named_ = 0;
+};
+
+// The channels of one name, as film/display_plan.h names them apart.
+std::vector<int> variantsOf(const film::ChannelLayout& layout, int first) {
+  std::vector<int> list;
+  std::string name = layout[first].name;
+  for (int at = first; at >= 0; at = layout.find(name += "'")) list.push_back(at);
+  return list;
+}
+
+// How much speaks for two channels being of one display.
+int likeness(const film::Channel& a, const film::Channel& b) {
+  return 16 * (a.filter == b.filter) + 8 * (a.reducer == b.reducer) + 4 * (a.statistic == b.statistic) +
+         2 * (a.half == b.half) + (a.remap == b.remap);
 }
 
 }  // namespace
@@ -50,7 +86,8 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
                        Diagnostics& diagnostics) {
   kind_ = kind;
   steps_.clear();
-  for (const scene::NodePtr& n : active(nodes, diagnostics)) {
+  const ActiveNodes active(nodes, diagnostics);
+  for (const scene::NodePtr& n : active.order()) {
     const Descriptor* d = registry.find(kind, n->plugin, diagnostics, n->pos);
     const std::string who = std::string(nameOf(kind)) + " '" + n->plugin + "' (node '" + n->handle + "')";
     if (!d) {
@@ -64,6 +101,7 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
         !step.instance.create(*d, n.get(), nullptr, &picture, host, diagnostics))
       continue;
     step.seesPicture = kind == Kind::DisplayFilter && traits->seesPicture;
+    Run first;
     for (uint32_t i = 0; i < kMostChannels; ++i) {
       const char* name = traits->channel(step.instance.data(), i);
       if (!name) break;
@@ -83,15 +121,68 @@ void FilterChain::make(Kind kind, const std::vector<scene::NodePtr>& nodes, cons
                             who + " asks for the channel '" + c.name + "', which the frame has not",
                             "the filter does without it",
                             "a Display must hold it; \"+NAME\" \"null\" keeps a channel without writing it");
-      step.channels.push_back(std::move(c));
+      first.push_back(std::move(c));
     }
+    addRuns(layout, std::move(first), step);
     steps_.push_back(std::move(step));
+  }
+}
+
+// Each run has, beside a channel, those of the other names that are the most alike. What several runs have in common
+// the first of them changes: samples' records by the record, since channels share those.
+void FilterChain::addRuns(const film::ChannelLayout& layout, Run first, Step& step) const {
+  const auto placeOf = [&](const Channel& c) { return kind_ == Kind::SampleFilter ? c.record : c.layoutIndex; };
+  const auto isSame = [&](const Channel& a, const Channel& b) {
+    return (a.layoutIndex < 0) == (b.layoutIndex < 0) && (a.layoutIndex < 0 || placeOf(a) == placeOf(b));
+  };
+  // a filter of pictures makes nothing of their variance
+  const auto mayBe = [&](const Channel& c, int at) {
+    return layout[at].width == c.width &&
+           (kind_ == Kind::SampleFilter || layout[at].statistic == film::Statistic::Value);
+  };
+  std::vector<int> places;
+  const auto add = [&](Run run) {
+    for (const Run& before : step.runs)
+      if (std::equal(run.begin(), run.end(), before.begin(), before.end(), isSame)) return;
+    bool isNew = step.runs.empty();
+    for (Channel& c : run) {
+      if (c.layoutIndex < 0) continue;
+      const int place = placeOf(c);
+      c.isCopy = !step.runs.empty() && std::find(places.begin(), places.end(), place) != places.end();
+      isNew |= !c.isCopy;
+    }
+    if (!isNew) return;
+    for (const Channel& c : run)
+      if (c.layoutIndex >= 0) places.push_back(placeOf(c));
+    step.runs.push_back(std::move(run));
+  };
+  add(first);
+  for (const Channel& named : first) {
+    if (named.layoutIndex < 0) continue;
+    for (const int variant : variantsOf(layout, named.layoutIndex)) {
+      if (variant == named.layoutIndex || !mayBe(named, variant)) continue;
+      Run run = first;
+      for (Channel& c : run) {
+        if (c.layoutIndex < 0) continue;
+        int best = c.layoutIndex;
+        if (c.layoutIndex == named.layoutIndex) {
+          best = variant;
+        } else {
+          for (const int other : variantsOf(layout, c.layoutIndex))
+            if (mayBe(c, other) && likeness(layout[other], layout[variant]) > likeness(layout[best], layout[variant]))
+              best = other;
+        }
+        c.layoutIndex = best;
+        c.record = layout.recordOffset(best);
+      }
+      add(std::move(run));
+    }
   }
 }
 
 bool FilterChain::uses(const std::string& name) const {
   for (const Step& step : steps_)
-    for (const Channel& c : step.channels)
+    for (const Channel& c : step.runs[0])
       if (c.name == name) return true;
   return false;
 }
@@ -105,17 +196,26 @@ void FilterChain::call(const Step& step, const ChannelFilterArgs& args) const {
 
 void FilterChain::run(uint32_t count, const int32_t* x, const int32_t* y, float* const* records) const {
   FilterChannel list[kMostChannels];
+  std::vector<std::vector<float>> copies;  // of what earlier runs of a step change
   for (const Step& step : steps_) {
-    uint32_t n = 0;
-    for (const Channel& c : step.channels) {
-      FilterChannel f{c.name.c_str(), 0, {}, {}};
-      if (c.layoutIndex >= 0) {
-        f.components = uint32_t(c.width);
-        for (int k = 0; k < c.width; ++k) f.data[k] = records[c.record + k];
+    copies.clear();
+    for (const Run& run : step.runs)
+      for (const Channel& c : run)
+        for (int k = 0; k < c.width && c.isCopy; ++k)
+          copies.emplace_back(records[c.record + k], records[c.record + k] + padded(count));
+    size_t copy = 0;
+    for (const Run& run : step.runs) {
+      uint32_t n = 0;
+      for (const Channel& c : run) {
+        FilterChannel f{c.name.c_str(), 0, {}, {}};
+        if (c.layoutIndex >= 0) {
+          f.components = uint32_t(c.width);
+          for (int k = 0; k < c.width; ++k) f.data[k] = c.isCopy ? copies[copy++].data() : records[c.record + k];
+        }
+        list[n++] = f;
       }
-      list[n++] = f;
+      call(step, {count, x, y, list, n, {}});
     }
-    call(step, {count, x, y, list, n, {}});
   }
 }
 
@@ -123,31 +223,38 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
   film::FilteredPixels out;
   out.window = film.window();
   const int w = out.window.width();
+  const auto eachChannel = [](const Step& step, auto&& visit) {  // visit(channel, its number in the step)
+    size_t at = 0;
+    for (const Run& run : step.runs)
+      for (const Channel& c : run) visit(c, at++);
+  };
   for (const Step& step : steps_)
-    for (const Channel& c : step.channels) {
-      if (c.layoutIndex < 0 || out.channels.contains(c.layoutIndex)) continue;
+    eachChannel(step, [&](const Channel& c, size_t) {
+      if (c.layoutIndex < 0 || out.channels.contains(c.layoutIndex)) return;
       auto& channel = out.channels[c.layoutIndex];
       channel.width = c.width;
       channel.values.resize(size_t(out.window.pixels()) * size_t(c.width));
       float* to = channel.values.data();
       for (int y = out.window.y0; y < out.window.y1; ++y)
         for (int x = out.window.x0; x < out.window.x1; ++x, to += c.width) film.resolvePixel(c.layoutIndex, x, y, to);
-    }
+    });
   const uint32_t most = padded(uint32_t(w) * kRows);
   std::vector<int32_t> xs(most), ys(most);
   std::vector<std::vector<float>> planes, before;
   for (const Step& step : steps_) {
-    before.assign(step.seesPicture ? step.channels.size() * 3 : 0, {});
-    for (size_t c = 0; c < step.channels.size() && step.seesPicture; ++c) {
-      if (step.channels[c].layoutIndex < 0) continue;
-      const film::FilteredPixels::Channel& whole = out.channels[step.channels[c].layoutIndex];
+    const size_t channels = step.runs.size() * step.runs[0].size();
+    before.assign(step.seesPicture ? channels * 3 : 0, {});
+    eachChannel(step, [&](const Channel& c, size_t at) {
+      if (!step.seesPicture || c.layoutIndex < 0) return;
+      const film::FilteredPixels::Channel& whole = out.channels[c.layoutIndex];
       for (size_t q = 0; q < size_t(whole.width); ++q) {
-        std::vector<float>& plane = before[3 * c + q];
+        std::vector<float>& plane = before[3 * at + q];
         plane.resize(size_t(out.window.pixels()));
         for (size_t i = 0; i < plane.size(); ++i) plane[i] = whole.values[i * size_t(whole.width) + q];
       }
-    }
-    planes.assign(step.channels.size() * 3, std::vector<float>(most, 0.f));
+    });
+    planes.assign(channels * 3, std::vector<float>(most, 0.f));
+    std::vector<FilterChannel> list(channels);
     for (int y0 = out.window.y0; y0 < out.window.y1; y0 += kRows) {
       const uint32_t n = uint32_t(w) * uint32_t(std::min(kRows, out.window.y1 - y0));
       const size_t first = size_t(y0 - out.window.y0) * size_t(w);
@@ -156,30 +263,34 @@ film::FilteredPixels FilterChain::run(const film::Film& film) const {
         xs[i] = out.window.x0 + int32_t(j % uint32_t(w));
         ys[i] = y0 + int32_t(j / uint32_t(w));
       }
-      FilterChannel list[kMostChannels];
-      uint32_t k = 0;
-      for (const Channel& c : step.channels) {
+      eachChannel(step, [&](const Channel& c, size_t at) {
         FilterChannel f{c.name.c_str(), 0, {}, {}};
         if (c.layoutIndex >= 0) {
           f.components = uint32_t(c.width);
           const float* from = out.channels[c.layoutIndex].values.data() + first * size_t(c.width);
           for (int q = 0; q < c.width; ++q) {
-            f.data[q] = planes[3 * k + size_t(q)].data();
+            f.data[q] = planes[3 * at + size_t(q)].data();
             for (uint32_t i = 0; i < padded(n); ++i)
               f.data[q][i] = from[size_t(std::min(i, n - 1)) * size_t(c.width) + size_t(q)];
-            if (step.seesPicture) f.before[q] = before[3 * k + size_t(q)].data();
+            if (step.seesPicture) f.before[q] = before[3 * at + size_t(q)].data();
           }
         }
-        list[k++] = f;
-      }
-      call(step, {n, xs.data(), ys.data(), list, k, {out.window.x0, out.window.y0, out.window.x1, out.window.y1}});
-      for (uint32_t c = 0; c < k; ++c) {
-        if (!list[c].components) continue;
-        const int width = step.channels[c].width;
-        float* to = out.channels[step.channels[c].layoutIndex].values.data() + first * size_t(width);
-        for (int q = 0; q < width; ++q)
-          for (uint32_t i = 0; i < n; ++i) to[size_t(i) * size_t(width) + size_t(q)] = list[c].data[q][i];
-      }
+        list[at] = f;
+      });
+      const size_t each = step.runs[0].size();
+      for (size_t r = 0; r < step.runs.size(); ++r)
+        call(step, {n,
+                    xs.data(),
+                    ys.data(),
+                    list.data() + r * each,
+                    uint32_t(each),
+                    {out.window.x0, out.window.y0, out.window.x1, out.window.y1}});
+      eachChannel(step, [&](const Channel& c, size_t at) {
+        if (c.layoutIndex < 0 || c.isCopy) return;
+        float* to = out.channels[c.layoutIndex].values.data() + first * size_t(c.width);
+        for (int q = 0; q < c.width; ++q)
+          for (uint32_t i = 0; i < n; ++i) to[size_t(i) * size_t(c.width) + size_t(q)] = list[at].data[q][i];
+      });
     }
   }
   return out;

@@ -37,16 +37,20 @@ class FilterChain {
  private:
   static constexpr uint32_t kMostChannels = 32;
   struct Channel {
-    std::string name;
+    std::string name;      // as the filter asks for it
     int layoutIndex = -1;  // -1: the frame has none
     int record = -1, width = 0;
+    bool isCopy = false;  // another one of the step's runs changes it: this one sees what was there before
   };
+  using Run = std::vector<Channel>;
+  // Displays with settings of their own have channels of their own of the same names: a run for each.
   struct Step {
     Instance instance;
     const void* functions = nullptr;
-    std::vector<Channel> channels;
+    std::vector<Run> runs;
     bool seesPicture = false;
   };
+  void addRuns(const film::ChannelLayout& layout, Run first, Step& step) const;
   void call(const Step& step, const ChannelFilterArgs& args) const;
   Kind kind_ = Kind::SampleFilter;
   std::vector<Step> steps_;

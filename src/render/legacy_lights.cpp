@@ -192,6 +192,8 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     for (scene::Light l : p.lights) {
       l.toWorld = concat(l.toWorld, toWorld);
       l.attributes = scene::inherit(placed(l.attributes, toWorld), attributes);
+      // which side of it shines is the instance's business too
+      if (l.geometry) l.geometry->attributes = scene::inherit(l.geometry->attributes, attributes);
       all.push_back(std::move(l));
     }
     eachWithLights(p.instances, [&](const scene::Instance& nested) {

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "film/display_output.h"
 #include "render/legacy_lights.h"
+#include "scene/known_names.h"
 
 namespace kinora::render {
 
@@ -156,11 +157,7 @@ class Overrides {
     if (kind == "projection") return setProjection(name, value);
     if (kind == "light") return setLights(name, value);
     if (kind == "display") return setDisplays(name, value);
-    if (kind == "option") {
-      scene::Parameter p;
-      if (read(kind, name, value, {}, p)) scene_.options.set(p);
-      return;
-    }
+    if (kind == "option") return setOption(name, value);
     const std::string near = didYouMean(kind, {"integrator", "hider", "projection", "option", "light", "display"});
     refuse("--set knows no kind '" + kind + "'",
            near.empty() ? "integrator, hider, projection, option, light or display" : near);
@@ -241,26 +238,95 @@ class Overrides {
     setNode("projection", Kind::Projection, plugin, name, value, projection);
   }
 
+  // Conditions of the scene and what acts as it is read came before.
+  void setOption(const std::string& name, const std::string& value) {
+    const std::string group = name.substr(0, name.find(':'));
+    const bool isAnyones = group == "user" && name.size() > group.size() + 1;
+    bool isKnown = isAnyones, isText = false;
+    Names names;
+    const auto look = [&](const scene::KnownNames& k) {
+      scene::eachName(k.names, [&](std::string_view known, bool isString) {
+        names.push_back(std::string(k.group) + ":" + std::string(known));
+        if (names.back() != name) return false;
+        isText = isString;
+        return isKnown = true;
+      });
+    };
+    std::for_each(std::begin(scene::kKnownOptions), std::end(scene::kKnownOptions), look);
+    std::for_each(std::begin(scene::kMoreOptions), std::end(scene::kMoreOptions), look);
+    if (!isKnown) {
+      const std::string near = didYouMean(name, names);
+      return refuse("--set option." + name + ": there is no option '" + name + "'",
+                    near.empty() ? "options are named GROUP:NAME; those of the group user have any name" : near);
+    }
+    static constexpr std::string_view kReadBefore[] = {"searchpath:archive", "searchpath:procedural",
+                                                       "searchpath:dirmap", "shutter:offset"};
+    if (group == "Ri" || std::find(std::begin(kReadBefore), std::end(kReadBefore), name) != std::end(kReadBefore))
+      return refuse("--set option." + name + ": this option acts while the scene is read, which is before --set",
+                    group == "Ri"           ? "--res and --crop; or a file before the scene that says it"
+                    : group == "searchpath" ? "--search-path and --dirmap"
+                                            : "a file before the scene that says it");
+    scene::Parameter p;
+    if (!read("option", name, value, isText ? Wanted{Type::String, false, true} : Wanted{}, p)) return;
+    if (!isText && !isAnyones && p.type == scene::ValueType::String)
+      return refuse("--set option." + name + ": '" + value + "' is not a number", "");
+    if (isAnyones)
+      diagnostics_.info("CLI-SET-READ", {},
+                        "--set option." + name +
+                            ": what the scene asked of this option while it was read (IfBegin) "
+                            "had the scene's own value");
+    scene_.options.set(p);
+  }
+
+  // What a light of an old kind takes: what the scene gives it, and what all of them have. Null: nothing of the name.
+  static const Declared* classicParameter(const scene::Node& node, const std::string& name, Declarations& own) {
+    const bool isPxr = lowerCase(node.plugin).starts_with("pxr");
+    own = {{"intensity", {Type::Float, false, true}},
+           {isPxr ? "lightColor" : "lightcolor", {Type::Color, false, true}}};
+    if (isPxr) own.push_back({"exposure", {Type::Float, false, true}});
+    for (const scene::Parameter& p : node.params) {
+      Wanted wanted;
+      wanted.isKnown = !p.strings.empty() || p.floats.size() == 1 || p.floats.size() == 3 || p.ints.size() == 1;
+      wanted.type = !p.strings.empty()     ? Type::String
+                    : !p.ints.empty()      ? Type::Int
+                    : p.floats.size() == 3 ? Type::Color
+                                           : Type::Float;
+      if (!find(own, p.name)) own.push_back({p.name, wanted});
+    }
+    return find(own, name);
+  }
+
+  // All lights, those inside objects and those of old kinds too.
+  template <class F>
+  void eachLight(F&& visit) {
+    for (scene::Light& l : scene_.lights) visit(l, false);
+    for (scene::Prototype& p : scene_.prototypes)
+      for (scene::Light& l : p.lights) visit(l, false);
+    for (scene::Light& l : scene_.classicLights) visit(l, true);
+  }
+
   // Lights of several kinds may stand in one scene: those that have the parameter take it.
   void setLights(const std::string& name, const std::string& value) {
     Declarations known;
-    bool isSet = false;
-    for (scene::Light& l : scene_.lights) {
-      if (!l.node) continue;
+    bool isSet = false, isRefused = false, areThere = false;
+    eachLight([&](scene::Light& l, bool isClassic) {
+      areThere = true;
+      if (!l.node || isRefused) return;
       Declarations own;
-      const bool isThere = declarations(Kind::Light, l.node->plugin, own);
-      const Declared* declared = find(own, name);
+      const bool isThere = isClassic || declarations(Kind::Light, l.node->plugin, own);
+      const Declared* declared = isClassic ? classicParameter(*l.node, name, own) : find(own, name);
       if (isThere && !declared) {
         known.insert(known.end(), own.begin(), own.end());
-        continue;
+        return;
       }
       scene::Parameter p;
-      if (!read("light", name, value, declared ? declared->wanted : Wanted{}, p)) return;
+      isRefused = !read("light", name, value, declared ? declared->wanted : Wanted{}, p);
+      if (isRefused) return;
       l.node = changed(l.node, p);
       isSet = true;
-    }
-    if (!isSet)
-      unknown("light", name, scene_.lights.empty() ? "a scene without lights" : "none of the scene's lights", known);
+    });
+    if (!isSet && !isRefused)
+      unknown("light", name, areThere ? "none of the scene's lights" : "a scene without lights", known);
   }
 
   void setDisplays(const std::string& name, const std::string& value) {

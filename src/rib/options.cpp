@@ -8,6 +8,7 @@
 #include "rib/archive_search.h"
 #include "base/text.h"
 #include "rib/interpreter.h"
+#include "scene/known_names.h"
 
 namespace kinora::rib {
 
@@ -24,11 +25,11 @@ bool Interpreter::optionsAllowed(const Request& r) {
 
 namespace {
 
-// Names of attributes and options that scenes are known to give, by group; "$": a string. What is misspelt here would
-// be kept and never asked for.
-struct KnownNames {
-  std::string_view group, names;
-};
+using scene::eachName;
+using scene::kKnownOptions;
+using scene::KnownNames;
+
+// As kKnownOptions: what is misspelt here would be kept and never asked for.
 constexpr KnownNames kKnownAttributes[] = {
     {"identifier", "$name $object $lpegroup id id2"},
     {"grouping", "$membership id"},
@@ -52,31 +53,6 @@ constexpr KnownNames kKnownAttributes[] = {
      "$aggregate aggregaterespectvisibility fps shutteroffset velocityshuttercorrection dsominmax dsovelocity "
      "voxelinterpolation"},
     {"Ri", "Sides Matte ReverseOrientation $Orientation falloffpower"},
-};
-constexpr KnownNames kKnownOptions[] = {
-    {"bucket", "$order orderorigin"},
-    {"checkpoint", "$interval $exitat $command keepfiles asfinal"},
-    {"limits",
-     "bucketsize gridsize shadesize threads texturememory textureperthreadmemoryratio geocachememory "
-     "opacitycachememory ptexturememory ptexturemaxfiles brickmemory octreememory pointmemory matrixcachememory "
-     "rendermemory rendertime othreshold zthreshold deepshadowerror nurbcurvaturedicefactor"},
-    {"trace", "bvhcompression $worldorigin worldoffset maxdepth decimationrate"},
-    {"lighting", "minimumestimate selectionlearningscheme"},
-    {"curve", "minwidth"},
-    {"shade",
-     "roughnessmollification shadowBumpTerminator debug subsurfaceTypeDefaultFromVersion24 "
-     "chiangCompatibilityVersion"},
-    {"shutter", "offset"},
-    {"lpe",
-     "$diffuse1 $diffuse2 $diffuse3 $diffuse4 $diffuse5 $diffuse6 $diffuse7 $diffuse8 $specular1 $specular2 "
-     "$specular3 "
-     "$specular4 $specular5 $specular6 $specular7 $specular8 $user1 $user2 $user3 $user4 $user5 $user6 $user7 $user8 "
-     "$user9 $user10 $user11 $user12"},
-    {"searchpath", "$shader $texture $archive $procedural $display $rixplugin $resource $servershader $dirmap"},
-    {"statistics", "$filename $xmlfilename $jsonFilename"},
-    {"Ri",
-     "Clipping CropWindow FormatPixelAspectRatio FormatResolution Frame FrameAspectRatio $PixelFilterName "
-     "PixelFilterWidth PixelVariance ScreenWindow Shutter"},
 };
 constexpr KnownNames kKnownHider[] = {
     {"raytrace",
@@ -105,19 +81,6 @@ bool isSlip(std::string_view a, std::string_view b) {
   const bool areSwapped =
       same + 1 < a.size() && isSameLetter(a[same], b[same + 1]) && isSameLetter(a[same + 1], b[same]);
   return restIsSame(same + 1, same + 1) || (areSwapped && restIsSame(same + 2, same + 2));
-}
-
-// f(name, whether it is a string) for each; true ends it.
-template <class F>
-bool eachName(std::string_view names, F&& f) {
-  for (size_t at = 0; at < names.size();) {
-    const size_t end = std::min(names.find(' ', at), names.size());
-    const std::string_view one = names.substr(at, end - at);
-    const bool isString = one[0] == '$';
-    if (f(one.substr(isString ? 1 : 0), isString)) return true;
-    at = end + 1;
-  }
-  return false;
 }
 
 template <size_t N>

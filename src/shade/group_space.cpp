@@ -251,8 +251,9 @@ void GroupState::scatterInSpace(RayList& list, uint32_t depth, uint32_t n, const
       host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect);
   const Hits& hits = list.hits;
   findCrossings(list.rays, n, entries, visibility);
-  MediumTracks tracks(*this, crossings_, list.rays, host.surfaceT, list.sampleSeed, list.sampleIndex,
-                      host.left.bounces, depth, n, entries, true);
+  const float* ends = clippedEnds(arena_, list, host.surfaceT, n, entries);
+  MediumTracks tracks(*this, crossings_, list.rays, ends, list.sampleSeed, list.sampleIndex, host.left.bounces, depth,
+                      n, entries, true);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
   uint32_t m = tracks.count();
   for (uint32_t i = 0; i < m; ++i) {
@@ -559,7 +560,8 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
         rays.rays.o[c][i] = list.rays.o[c][s];
         rays.rays.d[c][i] = list.rays.d[c][s];
       }
-      rays.rays.tMax[i] = std::min(l->t[i], 1e30f);
+      // lights are seen beyond clipping planes, which cut the media off before them
+      rays.rays.tMax[i] = std::min({l->t[i], host.kind == RayKind::Camera ? list.rays.tMax[s] : 1e30f, 1e30f});
       rays.rays.time[i] = list.rays.time[s];
       rays.rays.radius[i] = list.rays.radius[s];
       rays.rays.spread[i] = list.rays.spread[s];

@@ -60,8 +60,9 @@ void GroupState::mediumIntervals(const RayList& list, uint32_t n, const uint32_t
   findCrossings(list.rays, n, entries,
                 source.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
   if (crossings_.empty()) return;
-  MediumTracks tracks(*this, crossings_, list.rays, list.hits.t, list.sampleSeed, list.sampleIndex, nullptr, 0, n,
-                      entries, false);
+  const float* ends = clippedEnds(arena_, list, list.hits.t, n, entries);
+  MediumTracks tracks(*this, crossings_, list.rays, ends, list.sampleSeed, list.sampleIndex, nullptr, 0, n, entries,
+                      false);
   // there are no more than one before each crossing and one behind the last
   const uint32_t most = uint32_t(crossings_.size()) + tracks.count();
   float *from = arena_.make<float>(most), *to = arena_.make<float>(most);

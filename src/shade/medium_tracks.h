@@ -90,6 +90,18 @@ class MediumTracks {
   trace::Affine toLast_;
 };
 
+// By entry, how far the listed rays go in media, which is `ends`, but for those of the camera no farther than clipping
+// planes let it see. The farthest distance of other rays is one of surfaces alone.
+inline const float* clippedEnds(Arena& arena, const RayList& list, const float* ends, uint32_t n,
+                                const uint32_t* entries) {
+  if (ListHost::of(list).kind != RayKind::Camera) return ends;
+  const float* tMax = list.rays.tMax;
+  if (std::none_of(entries, entries + n, [&](uint32_t s) { return tMax[s] < std::min(ends[s], 1e30f); })) return ends;
+  float* clipped = arena.make<float>(list.capacity);
+  for (uint32_t i = 0; i < n; ++i) clipped[entries[i]] = std::min(ends[entries[i]], tMax[entries[i]]);
+  return clipped;
+}
+
 // A copy of a track that goes on without it: to look ahead.
 struct TrackAhead {
   Track t;

@@ -153,7 +153,8 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t pa
   findCrossings(list.rays, n, entries,
                 host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
   crossings_.swap(crossingsTowards_);  // samples of lights look for crossings too
-  MediumTracks tracks(*this, crossingsTowards_, list.rays, host.surfaceT, list.sampleSeed, list.sampleIndex,
+  const float* reaches = clippedEnds(arena_, list, host.surfaceT, n, entries);
+  MediumTracks tracks(*this, crossingsTowards_, list.rays, reaches, list.sampleSeed, list.sampleIndex,
                       host.left.bounces, depth, n, entries, true, part, parts);
   const uint32_t count = tracks.count();
   if (!count) return;

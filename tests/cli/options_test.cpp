@@ -108,12 +108,43 @@ TEST(Set, AnUnknownParameterIsAnErrorWithNearNames) {
   EXPECT_EQ(r.exitCode, 2) << r.err;
   EXPECT_NE(r.err.find("did you mean maxIndirectBounces?"), std::string::npos) << r.err;
   EXPECT_FALSE(w.has("out.exr"));
-  for (const char* bad :
-       {"light.intensityy=2", "hider.maxsample=2", "projection.fovv=2", "display.compresion=zip", "lamp.x=1"})
+  for (const char* bad : {"light.intensityy=2", "hider.maxsample=2", "projection.fovv=2", "display.compresion=zip",
+                          "lamp.x=1", "option.foo=3", "option.limits:rendertme=2", "option.Ri:Frame=2",
+                          "option.searchpath:archive=a", "option.user:=1"})
     EXPECT_EQ(w.run({"scene.rib", "--set", bad}).exitCode, 2) << bad;
   for (const char* good : {"light.intensity=2", "hider.maxsamples=2", "projection.fov=60", "display.compression=zip",
                            "option.user:pass=beauty"})
     EXPECT_EQ(w.run({"scene.rib", "--set", good, "--progress", "none"}).exitCode, 0) << good;
+}
+
+TEST(Set, TellsOfOptionsThatTheSceneHasAskedBefore) {
+  Workplace w;
+  w.write("scene.rib", rib());
+  Result r = w.run({"scene.rib", "--set", "option.limits:rendertme=2"});
+  EXPECT_NE(r.err.find("did you mean limits:rendertime?"), std::string::npos) << r.err;
+  r = w.run({"scene.rib", "--set", "option.user:pass=beauty", "--progress", "none"});
+  EXPECT_EQ(r.exitCode, 0) << r.err;
+  EXPECT_NE(r.err.find("CLI-SET-READ"), std::string::npos) << r.err;
+}
+
+// Inside objects and of old kinds too.
+TEST(Set, ReachesAllLights) {
+  Workplace w;
+  const auto scene = [](const std::string& light) {
+    return "Format 4 4 1\nDisplay \"out.exr\" \"openexr\" \"rgba\"\nHider \"raytrace\" \"int maxsamples\" [4]\n"
+           "Projection \"orthographic\"\nWorldBegin\n" +
+           light + "Bxdf \"PxrDiffuse\" \"d\"\nPolygon \"P\" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]\nWorldEnd\n";
+  };
+  for (const char* light :
+       {"ObjectBegin \"lamp\"\nLight \"PxrDistantLight\" \"l\"\nObjectEnd\nObjectInstance \"lamp\"\n",
+        "LightSource \"distantlight\" 1 \"intensity\" [2]\nIlluminate 1 1\n"}) {
+    w.write("scene.rib", scene(light));
+    EXPECT_EQ(w.run({"scene.rib", "--progress", "none"}).err.find("RENDER-BLACK"), std::string::npos) << light;
+    const Result dark = w.run({"scene.rib", "--set", "light.intensity=0", "--progress", "none"});
+    EXPECT_EQ(dark.exitCode, 0) << dark.err;
+    EXPECT_NE(dark.err.find("RENDER-BLACK"), std::string::npos) << dark.err;
+    EXPECT_EQ(w.run({"scene.rib", "--set", "light.intensityy=0"}).exitCode, 2) << light;
+  }
 }
 
 TEST(Set, AValueOfAnotherTypeIsAnError) {
@@ -124,14 +155,15 @@ TEST(Set, AValueOfAnotherTypeIsAnError) {
         "integrator.maxIndirectBounces=1,2", "integrator.maxIndirectBounces=99999999999",
         "integrator.clampLuminance=nan", "integrator.clampLuminance=1x", "hider.maxsamples=lots",
         "hider.maxsamples=4.5", "projection.fov=wide", "projection.fov=inf", "light.lightColor=1,2",
-        "light.lightColor=red", "light.intensity=", "option.limits:x=nan"}) {
+        "light.lightColor=red", "light.intensity=", "option.limits:rendertime=nan", "option.limits:rendertime=abc"}) {
     const Result r = w.run({"scene.rib", "--set", bad});
     EXPECT_EQ(r.exitCode, 2) << bad;
     EXPECT_NE(r.err.find("is not"), std::string::npos) << r.err;
     EXPECT_FALSE(w.has("out.exr")) << bad;
   }
   for (const char* good : {"light.lightColor=1,.5,0", "light.lightColor=.5", "hider.shutteropening=0,0,0,0,1,1,1,1",
-                           "light.notes=123", "projection.fov=6e1", "option.limits:x=1,2,3,4"}) {
+                           "light.notes=123", "projection.fov=6e1", "option.trace:worldoffset=1,2,3",
+                           "option.bucket:order=spiral", "option.limits:gridsize=64"}) {
     const Result r = w.run({"scene.rib", "--set", good, "--progress", "none"});
     EXPECT_EQ(r.exitCode, 0) << good << r.err;
     EXPECT_EQ(r.err.find("PARAM-TYPE"), std::string::npos) << r.err;
@@ -158,7 +190,11 @@ TEST(BadValues, OfOptionsAreABadCommandLine) {
                                                           {"scene.rib", "--search-path", "texture="},
                                                           {"scene.rib", "--crop", "0.011", "0.012", "0", "1"},
                                                           {"plugins", "--plugin-path", "nowhere"},
-                                                          {"diff", "", "scene.rib"}};
+                                                          {"diff", "", "scene.rib"},
+                                                          {"diff", "a.exr", "b.exr", "--threshold", "nan"},
+                                                          {"diff", "a.exr", "b.exr", "--threshold=-0.5"},
+                                                          {"diff", "a.exr", "b.exr", "--rmse", "nan"},
+                                                          {"diff", "a.exr", "b.exr", "--max=-1"}};
   for (const auto& command : commands) {
     const Result r = w.run(command);
     EXPECT_EQ(r.exitCode, 2) << command[0] << ' ' << command[1] << ' ' << command.back() << '\n' << r.err;

@@ -59,6 +59,13 @@ TEST(SampleFilter, LastIsActiveAndACombinerRunsItsOwnInOrder) {
       "SampleFilter \"PxrSampleFilterCombiner\" \"both\" \"reference samplefilter[2] filter\" ";
   EXPECT_NEAR(middle(half + plus + combine + "[\"half\" \"plus\"]\n"), 3.5, 1e-5);
   EXPECT_NEAR(middle(half + plus + combine + "[\"plus\" \"half\"]\n"), 3, 1e-5);
+  // combiners of combiners, and one that comes to itself again
+  const std::string outer = "SampleFilter \"PxrSampleFilterCombiner\" \"all\" \"reference samplefilter[2] filter\" ";
+  EXPECT_NEAR(middle(half + plus + combine + "[\"half\" \"plus\"]\n" + outer + "[\"both\" \"half\"]\n"), 1.75, 1e-5);
+  SceneRender circle(request(ball(half + combine + "[\"half\" \"all\"]\n" + outer + "[\"both\" \"half\"]\n")));
+  ASSERT_TRUE(circle.ok());
+  EXPECT_TRUE(says(circle, "FILTER-REFERENCE"));
+  EXPECT_NEAR(circle.channel("Ci").at(16, 16)[0], 1.25, 1e-5);
 }
 
 // Channels of one source: those that no filter names stay as they are, and so does the beauty.
@@ -182,6 +189,58 @@ TEST(DisplayFilter, MaySeeOtherPixels) {
       rim += one.at(x, y)[0] > 0.5f;
     }
   EXPECT_GT(rim, 60);
+}
+
+// A display with settings of its own has channels of its own, and whatever a filter does to the first it does to it.
+TEST(Filters, ReachDisplaysWithSettingsOfTheirOwn) {
+  const auto folder = std::filesystem::temp_directory_path() / ("displays_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const auto second = [&](const std::string& filters, const std::string& name, std::vector<float> numbers) {
+    RenderRequest q = request(ball(filters));
+    q.settings.output = (folder / "first.exr").string();
+    q.edit = [&](scene::Scene& s) {
+      scene::Display d = s.displays[0];
+      d.file = (folder / "second.exr").string();
+      scene::Parameter p;
+      p.name = name;
+      p.type = scene::ValueType::Float;
+      p.isArray = true;
+      p.arrayLength = int(numbers.size());
+      p.floats = numbers;
+      d.params.set(p);
+      s.displays.push_back(d);
+    };
+    SceneRender r(q);
+    image::Image picture;
+    EXPECT_TRUE(r.ok());
+    if (!r.ok()) return picture;
+    EXPECT_GE(r.film().layout().find("Ci'"), 0);
+    EXPECT_EQ(r.renderer().render(), render::Outcome::Complete);
+    EXPECT_TRUE(image::read((folder / "second.exr").string(), picture).ok());
+    EXPECT_GE(picture.channelCount(), 4);
+    return picture;
+  };
+  const std::string back = "BackgroundDisplayFilter\" \"b\" \"color backgroundColor\" [0.25 0.5 1]\n",
+                    samples = "BackgroundSampleFilter\" \"b\" \"color backgroundColor\" [0.25 0.5 1]\n";
+  for (const bool isWide : {true, false})
+    for (const std::string& filter : {"DisplayFilter \"Pxr" + back, "SampleFilter \"Pxr" + samples}) {
+      const std::string name = isWide ? "filterwidth" : "remap";
+      const std::vector<float> numbers = isWide ? std::vector<float>{3, 3} : std::vector<float>{2, 3, 8};
+      const image::Image out = second(filter, name, numbers), plain = second("", name, numbers);
+      if (out.channelCount() < 4 || plain.channelCount() < 4) continue;
+      EXPECT_NEAR(out.at(0, 0)[0], 0.25f, 2e-3) << filter << name;
+      EXPECT_NEAR(out.at(0, 0)[2], 1, 2e-3) << filter << name;
+      // the alpha beside it is that of the same display
+      for (int x = 0; x < 32 && isWide; ++x)
+        EXPECT_NEAR(out.at(x, 16)[2], plain.at(x, 16)[2] + 1 - plain.at(x, 16)[3], 6e-3) << filter << x;
+    }
+  // coverage too
+  const image::Image covered = second("Imager \"background\" \"color bgcolor\" [0.25 0.5 1]\n", "remap", {2, 3, 8});
+  if (covered.channelCount() >= 4) {
+    EXPECT_NEAR(covered.at(0, 0)[2], 1, 2e-3);
+    EXPECT_NEAR(covered.at(0, 0)[3], 1, 2e-3);
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(DisplayFilter, APictureBehind) {

@@ -113,4 +113,25 @@ TEST(DisplacementPatterns, DirectionsAndVectors) {
   }
 }
 
+// y leads where t grows, whichever side of st's plane the normal is on.
+TEST(DisplacementPatterns, TangentSpaceIsThatOfTheTextureCoordinates) {
+  TestContext t("PxrDispTransform", 4);
+  t.set("vectorSpace", 3);
+  t.setBuiltin(Builtin::Tangent, Numbers{{1, 1, -1, -1}, {0, 0, 0, 0}, {0, 0, 0, 0}});
+  t.setGradient("", 0, Numbers{{1, 1, -1, -1}, {0, 0, 0, 0}, {0, 0, 0, 0}});
+  t.setGradient("", 1, Numbers{{0, 0, 0, 0}, {1, 1, 1, 1}, {0, 0, 0, 0}});
+  t.setVectors(t.c.N, Numbers{{0, 0, 0, 0}, {0, 0, 0, 0}, {1, -1, 1, -1}});
+  for (const int type : {2, 3}) {
+    t.set("dispType", float(type));
+    t.set("dispVector", type == 2 ? Numbers{{1}, {2}, {3}} : Numbers{{1}, {3}, {2}});
+    ASSERT_TRUE(t.run(8));
+    for (uint32_t i = 0; i < 4; ++i) {
+      EXPECT_FLOAT_EQ(t.at("resultXYZ", i, 0), i < 2 ? 1 : -1) << i;
+      EXPECT_FLOAT_EQ(t.at("resultXYZ", i, 1), 2) << i;
+      EXPECT_FLOAT_EQ(t.at("resultXYZ", i, 2), i % 2 ? -3 : 3) << i;
+    }
+    expectSameBitsAtAllWidths(t);
+  }
+}
+
 }  // namespace kinora::patternTest

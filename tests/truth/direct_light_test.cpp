@@ -164,6 +164,13 @@ TEST(Irradiance, OfMeshes) {
                        mesh + "ObjectInstance \"card\" AttributeEnd\n" + kUnseen + "Translate 100 0 0 " + mesh +
                        "ObjectInstance \"card\" AttributeEnd\n",
                    2 * square, "lamps of one object");
+  // which side shines is said where the object is placed, of that place alone
+  const std::string turned =
+      kUnseen + "Translate 0 0 0.1 " + mesh + "ReverseOrientation ObjectInstance \"card\" AttributeEnd\n";
+  dark.rib = whitePlane(object + turned, unbiased(0));
+  EXPECT_EQ(overSeeds(dark, 1).mean(), 0);
+  expectIrradiance(object + turned + kUnseen + "Translate 0 0 0.2 " + mesh + "ObjectInstance \"card\" AttributeEnd\n",
+                   square, "one of two places of an object shines this way");
 }
 
 TEST(Irradiance, LightsRunNoPatternsAndSaySo) {

@@ -128,6 +128,28 @@ TEST(Subsets, RaysSeeTheGroupsTheyAreTold) {
   EXPECT_EQ(messages, 1);
 }
 
+// Media are there for the rays of all objects, which is told once, where a subset would have left one out.
+TEST(Subsets, AreOfSurfacesAndSaySo) {
+  const auto told = [](const std::string& wall, const std::string& more = "") {
+    RenderRequest r;
+    r.rib = orthographic(4, 1e-3, 4) + unbiased(0) +
+            "WorldBegin\nLight \"PxrDistantLight\" \"l\"\nBxdf \"PxrDiffuse\" \"white\"\nAttributeBegin\n" + wall +
+            sheet(1) + sheet(2) + "AttributeEnd\nAttribute \"grouping\" \"string membership\" [\"fog\"]\n" + more +
+            "Bxdf \"PxrVolume\" \"fog\"\nVolume \"box\" [-1 1 -1 1 .2 .6] [0 0 0]\n" +
+            "Volume \"box\" [-1 1 -1 1 .4 .8] [0 0 0]\nWorldEnd\n";
+    SceneRender render(r);
+    return messagesOf(render, "RENDER-TRACE-MEDIUM");
+  };
+  const auto trace = [](const std::string& name) {
+    return "Attribute \"trace\" \"string " + name + "\" [\"fog\"]\n";
+  };
+  EXPECT_EQ(told(""), 0);
+  EXPECT_EQ(told(trace("shadowexcludesubset")), 1);
+  EXPECT_EQ(told(trace("reflectexcludesubset")), 1);
+  EXPECT_EQ(told(trace("shadowsubset")), 0) << "it is a member";
+  EXPECT_EQ(told(trace("shadowexcludesubset"), "Attribute \"visibility\" \"int transmission\" [0]\n"), 0);
+}
+
 // What a pane of glass lets through is its transmitted rays.
 TEST(Subsets, TransmittedRays) {
   const auto mean = [](const std::string& pane) {

@@ -69,6 +69,30 @@ TEST(Media, LetThroughWhatBeerAndLambertSay) {
   EXPECT_MEAN(alpha, 1 - all, 0.006);
 }
 
+// To the camera, and to what is seen through them. Lights are not clipped.
+TEST(Media, AreClippedAsSurfacesAre) {
+  struct Case {
+    const char* clipping;
+    double inside;  // of the box's length, in which extinction is 1
+  };
+  const Case cases[] = {{"Clipping .1 100", 1},
+                        {"Clipping .1 1.5", 0},
+                        {"Clipping .1 2.25", .25},
+                        {"Clipping 2.5 2.75", .25},
+                        {"ClippingPlane 0 0 2.5  0 0 1", .5}};
+  for (const Case& c : cases)
+    for (const bool isEven : {true, false}) {
+      SCOPED_TRACE(std::string(c.clipping) + (isEven ? ", even" : ", of voxels"));
+      const std::string voxels = "[2 2 2] \"varying float density\" [1 1 1 1 1 1 1 1]";
+      const std::string own =
+          isEven ? absorbing("[1 1 1]") + box(2, 3)
+                 : absorbing("[1 1 1]", "\"string densityFloatPrimVar\" [\"density\"]") + box(2, 3, voxels);
+      const std::string head = orthographic(32, 0.5, 32) + unbiased(2) + c.clipping + "\nWorldBegin\n";
+      EXPECT_MEAN(overPixels(picture(head + own + "WorldEnd\n", "a")), 1 - std::exp(-c.inside), 0.01);
+      EXPECT_MEAN(overPixels(picture(head + kSky + own + "WorldEnd\n")), std::exp(-c.inside), 0.01);
+    }
+}
+
 TEST(Media, ShadowsOfEvenMediaAreExact) {
   const image::Image seen = picture(floorInTheSun(absorbing("[0.2 0.7 2]") + box(2, 3.5), 16)),
                      bare = picture(floorInTheSun("", 16));

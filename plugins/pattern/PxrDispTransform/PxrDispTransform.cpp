@@ -55,14 +55,15 @@ constexpr Param kParams[] = {
     param::integer("vectorSpace", 3)
         .range(1, 4)
         .options("1 world, 2 object, 3 tangent, 4 current")
-        .help("Space of dispVector. Tangent: x along st's first direction, z along the normal. Current is the object's."),
+        .help("Space of dispVector. Tangent: x along st's first direction, y towards its second, z along the normal. "
+              "Current is the object's."),
     param::number("dispHeight", 1.f).range(0, 2).help("How far values that lead outward reach."),
     param::number("dispDepth", 1.f).range(0, 2).help("How far values that lead inward reach."),
     param::integer("dispRemapMode", 1)
         .range(1, 3)
         .options("1 none, 2 centered, 3 interpolate")
-        .help("1: values times dispHeight. 2: what is above dispCenter times dispHeight, below times dispDepth. 3: 0 is "
-              "-dispDepth, .5 nothing, 1 dispHeight, on a smooth curve."),
+        .help("1: values times dispHeight. 2: what is above dispCenter times dispHeight, below times dispDepth. 3: 0 "
+              "is -dispDepth, .5 nothing, 1 dispHeight, on a smooth curve."),
     param::number("dispCenter", 0.5f).help("Value that moves nothing, where dispRemapMode is 2."),
     param::string("dispScaleSpace", "object").help("Space in whose units lengths are: object, world, or a name."),
     param::integer("useDispDirection", 0).range(0, 1).help("1: distances lead along dispDirection, as resultXYZ."),
@@ -116,12 +117,14 @@ struct PxrDispTransform {
     const Value scale = dispTransform::lengthsOf(*c, toObject(c->fn->text(c, kScaleSpace)));
     const Value in = isScalar ? c->param(kScalar) : c->param(kVector);
     const Value direction = isDirected ? c->param(kDirection) : Value();
-    const MatrixValue way = toObject(isDirected               ? c->fn->text(c, kDirectionSpace)
-                                     : isTangent              ? "render"
+    const MatrixValue way = toObject(isDirected                ? c->fn->text(c, kDirectionSpace)
+                                     : isTangent               ? "render"
                                      : space == 1 && !isScalar ? "world"
-                                                              : "object");
+                                                               : "object");
     const Value growth = dispTransform::lengthsOf(*c, way);
     const Value tangent = isTangent ? c->builtin(Builtin::Tangent) : Value();
+    const Value alongS = isTangent ? c->fn->gradient(c, nullptr, 0) : Value(),
+                alongT = isTangent ? c->fn->gradient(c, nullptr, 1) : Value();
     const bool one = !isTangent && way.uniform() && allUniform({&height, &depth, &center, &scale, &in, &direction});
     float *vector[3], *number[3];
     makeOutput(*c, args->outputs[0], 3, one, vector);
@@ -145,7 +148,11 @@ struct PxrDispTransform {
         v = Vec3<W>(remapped<W>(mode, v.x, h, d, middle), remapped<W>(mode, v.y, h, d, middle),
                     remapped<W>(mode, v.z, h, d, middle));
         if (isTangent) {
-          const Vec3<W> x = loadVec<W>(tangent, at), z = Vec3<W>::load(c->N, i), y = cross(z, x);
+          const Vec3<W> x = loadVec<W>(tangent, at), z = Vec3<W>::load(c->N, i);
+          // towards growing t: what is mirrored turns its normal's side over, or st
+          const Vec3<W> turned = cross(z, x);
+          const Mask<W> mirrored = dot(cross(loadVec<W>(alongS, at), loadVec<W>(alongT, at)), z) < F(0.f);
+          const Vec3<W> y = select(mirrored, -turned, turned);
           v = type == 3 ? x * v.x + z * v.y + y * v.z : x * v.x + y * v.y + z * v.z;
         }
         v = turnedToObject<W>(way, growth, v, at) * unit;
