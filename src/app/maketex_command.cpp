@@ -101,12 +101,13 @@ int runMaketex(const Arguments& arguments) {
         diagnostics, "--compression: no compression is called '" + o.compression + "'",
         "of TIFF there are none, lzw, zip, packbits; of OpenEXR none, rle, zip, zips, piz, pxr24, b44, "
         "b44a, dwaa, dwab");
-  const auto ignored = [&](const std::string& what, const std::string& done) {
-    diagnostics.warning("APP-TXMAKE", {}, what + " is not supported", done);
-  };
-  if (pattern == "all") ignored("--pattern all", "it is ignored: levels are half as large in both directions");
-  if (blur != 1) ignored("--blur", "it is ignored: the filter has the width that is its own");
-  if (!channels.empty()) ignored("--ch", "it is ignored: all channels are kept");
+  std::string ignored;
+  for (const auto& [isGiven, flag] :
+       {std::pair(pattern == "all", "--pattern all: levels are half as large both ways"),
+        {blur != 1, "--blur: the filter has a width of its own"},
+        {!channels.empty(), "--ch: all channels are kept"}})
+    if (isGiven) ignored += (ignored.empty() ? "" : "; ") + std::string(flag);
+  if (!ignored.empty()) diagnostics.warning("APP-TXMAKE", {}, "flags that are not supported are ignored", ignored);
   if (output.empty()) output = std::filesystem::path(input).replace_extension(".tx").string();
   if (isOverInput(diagnostics, output, {input})) return kBadCommandLine;
   if (!mode.empty()) {

@@ -145,7 +145,8 @@ void Interpreter::option(Request& r) {
   auto& options = (world_ ? *world_ : frame_.options).options;
   for (Parameter parameter : p) {
     const std::string name = parameter.name;
-    if (Slip slip = slipOf(kKnownOptions, "option", group, parameter); !slip.what.empty())
+    const bool isOther = isKnown(scene::kMoreOptions, group, name);  // and no slip of a name near by
+    if (Slip slip = isOther ? Slip() : slipOf(kKnownOptions, "option", group, parameter); !slip.what.empty())
       report(Severity::Warning, "RIB-MISSPELT", r.pos, slip.what, "it has no effect", slip.advice);
     if (group == "searchpath" && name == "dirmap" && !parameter.strings.empty()) {
       parameter.name = "searchpath:dirmap";

@@ -59,8 +59,8 @@ TEST(ColorPatterns, BeyondWhiteAndBelowBlack) {
   ASSERT_TRUE(i.run(8));  // scaled to 1 .25 .25, of lightness .625, which becomes .375
   expectRgb(i, 1.5f, 0, 0, 1e-4f);
   TestContext p("PxrArithmetic", 1);
-  p.set("inputA", rgb(-7, -2, -2));
-  p.set("inputB", rgb(2, 2, 3));
+  p.set("input1", rgb(-7, -2, -2));
+  p.set("input2", rgb(2, 2, 3));
   p.set("operation", 6);
   ASSERT_TRUE(p.run(8));
   expectRgb(p, 49, 4, -8, 1e-3f);

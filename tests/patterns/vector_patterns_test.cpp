@@ -50,7 +50,7 @@ TEST(VectorPatterns, ArithmeticByTheStandardLibrary) {
       case 5:
         return std::fmax(x, y);
       case 6:
-        return y == 0 ? 1 : x == 0 ? 0 : std::copysign(std::pow(std::fabs(x), y), x);
+        return y == 0 ? 1 : x == 0 ? 0 : std::copysign(std::pow(std::fabs(x), y), std::fmod(y, 2) == 0 ? 1 : x);
       default:
         return y == 0 ? 0 : x - std::floor(x / y) * y;
     }

@@ -224,8 +224,8 @@ TEST_F(ShaderServiceCalls, ElementsAndStringsOfPrimvars) {
       "\"constant color[2] tints\" [1 2 3 4 5 6] \"constant int[2] ids\" [7 9] \"constant string label\" [\"hero\"] "
       "\"uniform string[2] kinds\" [\"a\" \"b\"] "
       "\"vertex float[4] wide\" [1 2 3 -1  1 2 3 -1  1 2 3 1  1 2 3 1]";
-  EXPECT_EQ(asked("float a = 0, t = 0; color whole = 0; getattribute(\"list\", 1, a); getattribute(\"tint\", 2, t); "
-                  "getattribute(\"tint\", 0, whole); result = color(a, t, whole[1]);",
+  EXPECT_EQ(asked("float a = 0, b = 0; color whole = 0; getattribute(\"list\", 1, a); getattribute(\"tint\", 2, b); "
+                  "getattribute(\"tint\", 0, whole); result = color(a, b, whole[1]);",
                   "", primvars),
             (Rgb{.2f, .6f, .5f}));
   EXPECT_EQ(asked("getattribute(\"tints\", 1, result);", "", primvars), (Rgb{4, 5, 6}));

@@ -72,8 +72,8 @@ TEST(PrimvarPatterns, ObjectsWithoutAVariableHaveTheirOwnPlaces) {
   // where another object's variable has two components, one of one gives s alone
   p = shown("Pattern \"PxrManifold2D\" \"p\" \"string primvarS\" [\"a\"]", "resultT",
             st + "\"constant float a\" [0.9]", st + "\"constant float[2] a\" [0.3 0.6]");
-  EXPECT_NEAR(p.left[0], 0.75, 1e-4);
-  EXPECT_NEAR(p.right[0], 0.6, 1e-4);
+  EXPECT_NEAR(p.left[0], 1 - 0.75, 1e-4);  // t runs down
+  EXPECT_NEAR(p.right[0], 1 - 0.6, 1e-4);
   p = shown("Pattern \"PxrManifold3D\" \"p\" \"int use\" [1]", "resultX", "\"constant point __Pref\" [7 8 9]");
   EXPECT_NEAR(p.left[0], 7, 1e-4);
   EXPECT_NEAR(p.right[0], -0.125, 1e-4);

@@ -1,5 +1,5 @@
 // PxrArithmetic: one operation on two colours, component by component. Division by 0 gives 0, powers are those of the
-// absolute value with its sign.
+// absolute value with its sign, but where the power is even.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrArithmetic/PxrArithmetic.cpp"
 #include <kinora/pattern_author.h>
 
@@ -10,7 +10,7 @@ constexpr Param kParams[] = {
     param::integer("operation", 0)
         .range(0, 7)
         .options("0 add, 1 multiply, 2 subtract, 3 divide, 4 min, 5 max, 6 power, 7 modulo")
-        .help("What is done; other numbers add."),
+        .help("What is done; other numbers add. Powers of what is below 0 keep its sign, but for even ones."),
     param::color("input1", 0.f).help("First operand."),
     param::color("input2", 0.f).help("Second operand."),
     param::output(Type::Color, "resultRGB"),
