@@ -98,8 +98,10 @@ struct ContextFunctions {
   uint32_t (*list)(const Context*, uint32_t index,
                    const float** numbers);  // of a (fixed) array parameter; its length
   Value (*builtin)(const Context*, Builtin);
-  // A primvar by name: components 0 when the object has none of that name. radius (may be null) gets the footprint in
-  // units of the primvar. Point, vector and normal primvars arrive in render space.
+  // A primvar by name, as wide as the widest of that name in the scene: components 0 when no object has one, 0 at points
+  // whose object has none. radius (may be null) gets what PrimvarAbout lists, by point: the footprint in units of the
+  // primvar, how many components the object's own has, and its kind. Point, vector and normal primvars arrive in render
+  // space.
   Value (*primvar)(const Context*, const char* name, Value* radius);
   // Filtered texture lookups at n points. handles as given by param(); s, t and radius in texture space (t down);
   // options fixed for the context. axes: null, or s and t of a half diameter of each footprint and of another,
