@@ -95,6 +95,41 @@ TEST(PrimvarPatterns, ReferencePositionsAreTheObjectsOwnHoweverTheyAreSaid) {
   EXPECT_NEAR(beside.right[0], 0.5, 1e-4);
 }
 
+// Footprints too: a texture that is seen aslant by coordinates of its own is looked up alike beside an object that has the
+// variable and without it, whichever points are shaded together.
+TEST(PrimvarPatterns, LookupsDoNotDependOnWhatIsBeside) {
+  const auto render = [](bool hasLeft, bool hasRight, uint32_t group) {
+    RenderRequest r;
+    r.settings.groupSize = group;
+    r.rib =
+        "Format 16 8 1\nProjection \"orthographic\"\nScreenWindow 0 2 -0.5 0.5\nHider \"raytrace\" \"int "
+        "maxsamples\" "
+        "[4] \"int minsamples\" [4]\nPixelFilter \"box\" 1 1\nIntegrator \"PxrDefault\" \"i\"\nWorldBegin\n"
+        "Pattern \"PxrManifold2D\" \"m\" \"string primvarS\" [\"a\"]\n"
+        "Pattern \"PxrTexture\" \"p\" \"string filename\" [\"" KINORA_SOURCE_DIR
+        "/scenes/sky.hdr\"] \"reference struct manifold\" [\"m:result\"]\n"
+        "Bxdf \"PxrConstant\" \"c\" \"reference color emitColor\" [\"p:resultRGB\"]\n";
+    const auto quad = [&](int i, const char* more) {
+      r.rib += "AttributeBegin Translate " + std::to_string(i + 0.5) +
+               " 0 3 Rotate 70 1 0 0\nPolygon \"P\" [-0.5 -1 0 0.5 -1 0 0.5 1 0 -0.5 1 0] "
+               "\"st\" [0.1 0.1 0.4 0.1 0.4 0.9 0.1 0.9] " +
+               more + "\nAttributeEnd\n";
+    };
+    if (hasLeft) quad(0, "\"facevarying float[2] a\" [0.2 0.2 0.6 0.2 0.6 0.7 0.2 0.7]");
+    if (hasRight) quad(1, "");
+    r.rib += "WorldEnd\n";
+    SceneRender s(r);
+    return s.ok() ? s.channel("Ci") : image::Image();
+  };
+  const image::Image both = render(true, true, 256), few = render(true, true, 16), left = render(true, false, 256),
+                     right = render(false, true, 256);
+  ASSERT_FALSE(both.pixels.empty() || few.pixels.empty() || left.pixels.empty() || right.pixels.empty());
+  EXPECT_EQ(both.pixels, few.pixels);
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 16; ++x)
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(both.at(x, y)[k], (x < 8 ? left : right).at(x, y)[k]) << x << " " << y;
+}
+
 TEST(PrimvarPatterns, RampsReachTheirLastKnotAndGoByTheirCurve) {
   const auto at = [](const char* place, const std::string& more) {
     return shown("Pattern \"PxrRamp\" \"p\" \"int rampType\" [6] \"float splineMap\" [" + std::string(place) + "] " +

@@ -142,7 +142,7 @@ struct PxrHairColor {
       hsv.x = fma(loadFloat<W>(s.number[kRandomDyeHue], at), F(0.5f) * variation(5), hsv.x);
       hsv.y =
           clamp(hsv.y * fma(loadFloat<W>(s.number[kRandomDyeSaturation], at), variation(6), F(1.f)), F(0.f), F(1.f));
-      dye = hsvToRgb(hsv);
+      dye = select(varies, hsvToRgb(hsv), dye);  // the way there and back changes last bits
     }
     return sum + ofColor(dye);
   }

@@ -198,13 +198,33 @@ class Place2D {
     if (ofT.value.components > 1) take(ofT, nameT, 1, 0, inT_, from_[1]);
     findAxes();
   }
-  // Of both coordinates together, where one primitive variable gives both.
+  // Of both coordinates together: the variable's where it gives both, the surface's own where nothing gives either,
+  // point by point; else circles.
   void findAxes() {
-    const bool isOwn = !from_[0].primvar && !from_[1].primvar;
-    if (!isOwn && !(from_[0].primvar && from_[1].primvar && !std::strcmp(from_[0].primvar, from_[1].primvar))) return;
-    if (from_[0].component != 0 || from_[1].component != 1) return;
-    if (from_[0].has || from_[1].has) return;  // some objects have it, some not: circles will do
-    c_.fn->ellipses(&c_, from_[0].primvar, inAxis_);
+    const Source &s = from_[0], &t = from_[1];
+    if (!s.primvar && !t.primvar) {
+      c_.fn->ellipses(&c_, nullptr, inAxis_);
+      return;
+    }
+    const bool isOne =
+        s.primvar && t.primvar && !std::strcmp(s.primvar, t.primvar) && s.component == 0 && t.component == 1;
+    Value ofVariable[2], own[2];
+    const bool hasOfVariable = isOne && c_.fn->ellipses(&c_, s.primvar, ofVariable);
+    if (!s.has && !t.has) {
+      for (int k = 0; k < 2 && hasOfVariable; ++k) inAxis_[k] = ofVariable[k];
+      return;
+    }
+    const bool hasOwn = c_.fn->ellipses(&c_, nullptr, own);
+    const auto isFrom = [](const Source& from, uint32_t i) { return from.primvar && (!from.has || from.has[i] > 0); };
+    for (int k = 0; k < 2 && (hasOfVariable || hasOwn); ++k) {
+      float* out[3];
+      makeOutput(c_, inAxis_[k], 2, false, out);
+      for (uint32_t i = 0; i < c_.padded; ++i) {
+        const bool isVariable = isFrom(s, i) && isFrom(t, i), isOwn = !isFrom(s, i) && !isFrom(t, i);
+        const Value* const axis = isVariable && hasOfVariable ? ofVariable : isOwn && hasOwn ? own : nullptr;
+        for (int j = 0; j < 2; ++j) out[j][i] = axis ? axis[k].data[j][axis[k].stride ? i : 0] : 0.f;
+      }
+    }
   }
   template <int W>
   KN_INLINE void turning(At at, Float<W>& sine, Float<W>& cosine) const {
