@@ -99,23 +99,18 @@ class PathLoop {
   void lightOnTheWay(uint32_t depth, uint32_t places, uint32_t lightParts, uint32_t bxdfParts, uint32_t n,
                      const uint32_t* live) {
     if (!p_.share) return;
-    for (uint32_t i = 0; i < n; ++i) p_.share[live[i]] = 1;
-    if (!lightParts || !sv_->lightCount) return;
-    float* sum = places > 1 ? p_.floats(g_->padded + kPad) : nullptr;
-    for (uint32_t i = 0; sum && i < n; ++i) sum[live[i]] = 0;
+    const bool isAsked = lightParts && sv_->lightCount;
+    for (uint32_t i = 0; i < n; ++i) p_.share[live[i]] = isAsked ? 0.f : 1.f;
+    if (!isAsked) return;
     for (uint32_t k = 0; k < places; ++k) {
-      const MemoryMark mark = sum ? sv_->markMemory(g_) : MemoryMark{};
+      const MemoryMark mark = places > 1 ? sv_->markMemory(g_) : MemoryMark{};
       TowardsLights found;
       sv_->scatterTowardsLights(g_, &g_->paths, depth, k, places, n, live, &found);
-      float* share = sum ? sum : p_.share;
-      for (uint32_t i = 0; i < n; ++i) {
-        const float own = found.share ? found.share[live[i]] : 1.f;
-        share[live[i]] = sum ? sum[live[i]] + own : own;
-      }
+      for (uint32_t i = 0; i < n; ++i) p_.share[live[i]] += found.share ? found.share[live[i]] : 1.f;
       lightAtPlaces(found, depth, k, places, lightParts, bxdfParts);
-      if (sum) sv_->releaseMemory(g_, mark);
+      if (places > 1) sv_->releaseMemory(g_, mark);
     }
-    for (uint32_t i = 0; sum && i < n; ++i) p_.share[live[i]] = sum[live[i]] / float(places);
+    for (uint32_t i = 0; places > 1 && i < n; ++i) p_.share[live[i]] /= float(places);
   }
   void lightAtPlaces(const TowardsLights& found, uint32_t depth, uint32_t place, uint32_t places, uint32_t lightParts,
                      uint32_t bxdfParts) {

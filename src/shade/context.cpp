@@ -326,8 +326,8 @@ Value primvar(const Context* c, const char* name, Value* radius) {
     primvarToRender(*of[i], args, i, v);
     for (int j = 0; j < 3; ++j) s.value[j][i] = v[j];
   }
-  float* inField = c->traits & kTraitInSpace ? floats(c) : nullptr;
-  if (inField) fieldsInMedia(c, name, width, s.value, inField);
+  float* const inField = c->traits & kTraitInSpace && radius ? floats(c) : nullptr;
+  if (c->traits & kTraitInSpace) fieldsInMedia(c, name, width, s.value, inField);
   out.components = width;
   out.stride = 1;
   for (uint32_t j = 0; j < width; ++j) out.data[j] = s.value[j];
@@ -337,10 +337,7 @@ Value primvar(const Context* c, const char* name, Value* radius) {
   if (width > 1) surface.kernels().footprints(n, c->radius, e1, e2, s, r);
   for (uint32_t i = 0; i < n; ++i) {
     const uint32_t own = std::min(width, of[i] ? uint32_t(of[i]->width) : widthOf(implied));
-    const bool has =
-        of[i] ||
-        (implied != Implied::None &&
-         saysImplied(implied, world.tints[world.placementOf(c->place.instance[i], c->place.geometry[i]).tint]));
+    const bool has = hasPrimvar(c, world, of[i], implied, i);
     components[i] = has ? float(own) : inField ? inField[i] : 0.f;
     kind[i] = float(of[i] && own == 3 ? kindOf(of[i]->type) : PrimvarKind::Number);
     if (own == 0) r[i] = 0;

@@ -608,7 +608,7 @@ void placesInMedia(const Context* c, float* const Po[3], float* scale) {
 }
 
 void fieldsInMedia(const Context* c, const char* name, uint32_t components, float* const value[3], float* has) {
-  std::fill_n(has, c->padded, 0.f);
+  if (has) std::fill_n(has, c->padded, 0.f);
   const ShadingWorld& world = ContextHost::of(c).group->world();
   const SpaceMedia& space = *world.space;
   const Value Po = c->builtin(Builtin::Po);
@@ -634,7 +634,7 @@ void fieldsInMedia(const Context* c, const char* name, uint32_t components, floa
     field.at(world.width, n, P, v);
     const bool isGrey = field.components() == 1, isMean = components == 1 && !isGrey;
     for (uint32_t i = 0; i < n; ++i) {
-      has[first + i] = float(std::min(components, uint32_t(field.components())));
+      if (has) has[first + i] = float(std::min(components, uint32_t(field.components())));
       const float mean = isMean ? (found[0][i] + found[1][i] + found[2][i]) * (1.f / 3) : 0.f;
       for (uint32_t k = 0; k < components; ++k)
         value[k][first + i] = !isInside[i] ? 0.f : isMean ? mean : found[isGrey ? 0 : k][i];

@@ -36,5 +36,12 @@ inline uint32_t widthOf(Implied what) {
 inline bool saysImplied(Implied what, const Tint& tint) {
   return what == Implied::Color ? tint.hasColor : what == Implied::Opacity ? tint.hasOpacity : what != Implied::None;
 }
+// Whether the object of a point has a primvar (p: its own, or null), or implies it.
+inline bool hasPrimvar(const Context* c, const ShadingWorld& world, const geometry::Primvar* p, Implied implied,
+                       uint32_t point) {
+  if (p || implied == Implied::None) return p != nullptr;
+  return saysImplied(implied,
+                     world.tints[world.placementOf(c->place.instance[point], c->place.geometry[point]).tint]);
+}
 
 }  // namespace kinora::shade

@@ -233,11 +233,6 @@ Steps stepsOf(const Context* c) {
   return s;
 }
 
-// Whether the object of a point has a primvar, or implies it.
-bool hasPrimvar(const Context* c, const ShadingWorld& world, const geometry::Primvar* p, Implied implied,
-                uint32_t i) {
-  return p || saysImplied(implied, world.tints[world.placementOf(c->place.instance[i], c->place.geometry[i]).tint]);
-}
 const float* gatherWhether(const Context* c, const ContextHost& h, const char* name) {
   const Implied implied = impliedBy(name);
   const geometry::Primvar* const* of = primvarsOf(c, name);

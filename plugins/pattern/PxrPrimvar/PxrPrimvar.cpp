@@ -43,7 +43,7 @@ struct PxrPrimvar {
   static void compute(const Context* c, const PatternArgs* args) {
     const char* type = c->fn->text(c, kType);
     const bool isColor = !std::strcmp(type, "color"), isFloat = !std::strcmp(type, "float");
-    const Primvar variable(*c, c->fn->text(c, kVarname));
+    Primvar variable(*c, c->fn->text(c, kVarname));
     const Value otherwise = c->param(isColor ? kDefaultColor : isFloat ? kDefaultFloat : kDefaultFloat3);
     const float none = 0.f;
     const Value zero = constantValue(*c, 1, &none);
@@ -55,18 +55,15 @@ struct PxrPrimvar {
       const char* space = c->fn->text(c, kCoordsys);
       rgb = placesOr<W>(*c, variable, space && *space ? space : "object", how, otherwise);
     } else {
-      Value v = variable.value;
-      if (v.components == 2) v.data[2] = zero.data[0];  // texture coordinates have no third component
-      if (v.components == 2 && v.stride) {
+      Value& v = variable.value;
+      for (uint32_t k = 1; v.components == 1 && k < 3; ++k) v.data[k] = v.data[0];
+      if (v.components == 2) {  // texture coordinates have no third component
         float* third = c->alloc<float>(c->padded);
         std::fill_n(third, c->padded, 0.f);
         v.data[2] = third;
       }
-      for (uint32_t k = 1; v.components == 1 && k < 3; ++k) v.data[k] = v.data[0];
       if (v.components) v.components = 3;
-      rgb = !variable.isSomewhere   ? otherwise
-            : variable.isEverywhere ? v
-                                    : chosenByPoint(*c, variable.components(), 0, v, otherwise);
+      rgb = primvarOr(*c, variable, otherwise);
     }
     for (uint32_t k = rgb.components; k < 3; ++k) rgb.data[k] = rgb.data[rgb.components - 1];
     rgb.components = 3;
