@@ -120,10 +120,19 @@ std::string statsAsJson(const Statistics& s, const StatsHeading& heading) {
     while (!levels.empty() && levels.back()["camera"] == 0 && levels.back()["indirect"] == 0 &&
            levels.back()["shadow"] == 0)
       levels.erase(levels.size() - 1);
-    j["geometry_cache"] = {{"limit", g.limit},       {"bytes", g.bytes},     {"most_bytes", g.mostBytes},
-                           {"found", g.found},       {"made", g.made},       {"made_again", g.again},
-                           {"made_twice", g.twice},  {"evicted", g.evicted}, {"micropolygons_in_all", g.whole},
-                           {"vertices", g.vertices}, {"seconds", g.seconds}, {"micropolygons_by_level", levels}};
+    j["geometry_cache"] = {{"limit", g.limit},
+                           {"bytes", g.bytes},
+                           {"most_bytes", g.mostBytes},
+                           {"found", g.found},
+                           {"passed", g.passed},
+                           {"made", g.made},
+                           {"made_again", g.again},
+                           {"made_twice", g.twice},
+                           {"evicted", g.evicted},
+                           {"micropolygons_in_all", g.whole},
+                           {"vertices", g.vertices},
+                           {"seconds", g.seconds},
+                           {"micropolygons_by_level", levels}};
   }
   Json memory = Json::object();
   uint64_t sum = 0;

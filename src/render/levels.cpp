@@ -57,6 +57,9 @@ void countFound(std::atomic<uint64_t>& found) {
   found.fetch_add(1024, std::memory_order_relaxed);
 }
 
+// Of a patch's outline.
+constexpr uint8_t kUnknown = 0, kBeingMade = 1, kKnown = 2;
+
 }  // namespace
 
 // What one thread needs to dice a patch.
@@ -96,6 +99,8 @@ LevelledSurface::LevelledSurface(Setup setup)
     largest = std::max(largest, Tessellation::bytesFor(patches_->eu(p), patches_->ev(p)));
   }
   slots_ = std::vector<trace::GeometryCache::Slot>(slots);
+  outlines_.resize(patches_->count());
+  outlineStates_ = std::vector<std::atomic<uint8_t>>(patches_->count());
   findBounds(setup_.stop);
   if (largest > setup_.cache->limit())
     setup_.world.diagnostics->warning("GEOMETRY-CACHE-SMALL", setup_.pos,
@@ -112,8 +117,8 @@ LevelledSurface::LevelledSurface(Setup setup)
 LevelledSurface::~LevelledSurface() { setup_.cache->forget(this); }
 
 uint64_t LevelledSurface::bytes() const {
-  return patches_->bytes() + boxes_.size() * sizeof boxes_[0] + firstSlot_.size() * sizeof(uint32_t) +
-         slots_.size() * sizeof slots_[0];
+  return patches_->bytes() + boxes_.size() * (sizeof boxes_[0] + sizeof outlines_[0] + sizeof outlineStates_[0]) +
+         firstSlot_.size() * sizeof(uint32_t) + slots_.size() * sizeof slots_[0];
 }
 
 void LevelledSurface::bounds(uint32_t patch, float lower[3], float upper[3]) const {
@@ -159,6 +164,9 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
       Imath::Box3d box;
       for (const V3d& x : w.moved) box.extendBy(V3d(V3f(x)));
       set(p, box);
+      w.points.resize(w.moved.size());
+      for (size_t i = 0; i < w.points.size(); ++i) w.points[i] = V3f(w.moved[i]);
+      keepOutline(p, w.points.data());
       for (double was = longest_; was < w.longest && !longest_.compare_exchange_weak(was, w.longest);) {
       }
     });
@@ -488,6 +496,7 @@ Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
   const int eu = std::max(0, patches_->eu(patch) - level), ev = std::max(0, patches_->ev(patch) - level);
   w.points.resize(w.normals.size());
   for (size_t i = 0; i < w.points.size(); ++i) w.points[i] = V3f(w.moved[i]);
+  if (level == 0) keepOutline(patch, w.points.data());
   Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data());
   setup_.counters->vertices.fetch_add(w.request.size(), std::memory_order_relaxed);
   setup_.counters->nanoseconds.fetch_add(
@@ -509,6 +518,23 @@ const Tessellation* LevelledSurface::held(uint32_t patch, int level, int kind,
                                                         std::memory_order_relaxed);
   reading.enter();
   return setup_.cache->put(this, s, std::move(made));
+}
+
+void LevelledSurface::keepOutline(uint32_t patch, const V3f* points) const {
+  const int eu = patches_->eu(patch), ev = patches_->ev(patch);
+  uint8_t unknown = kUnknown;
+  if (std::min(eu, ev) < trace::GridOutline::kLeastExponent ||
+      !outlineStates_[patch].compare_exchange_strong(unknown, kBeingMade, std::memory_order_relaxed))
+    return;
+  outlines_[patch].set(eu, ev, points, boxes_[patch]);
+  outlineStates_[patch].store(kKnown, std::memory_order_release);
+}
+
+bool LevelledSurface::goesBy(uint32_t patch, const Choice& choice, const trace::GridRay& ray) const {
+  if (outlineStates_[patch].load(std::memory_order_acquire) != kKnown) return false;
+  int least = std::min(patches_->eu(patch), patches_->ev(patch)) - choice.level;
+  for (const uint8_t steps : choice.steps) least = std::min(least, int(steps));
+  return least >= trace::GridOutline::kLeastExponent && !outlines_[patch].mayMeet(boxes_[patch], ray);
 }
 
 // By how many levels: 0 where the footprint is no larger than that of a camera ray.
@@ -564,8 +590,13 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
   trace::GridHit h;
   {
     trace::GeometryCache::Reading reading;
+    const trace::GridRay gridRay(ray.o, ray.d, ray.tMin, ray.tMax);
+    if (!setup_.cache->has(slot(patch, c.level)) && goesBy(patch, c, gridRay)) {
+      setup_.counters->passed.fetch_add(1, std::memory_order_relaxed);
+      return false;
+    }
     const Tessellation* t = held(patch, c.level, kindOf(ray.mask), reading);
-    if (!t->intersect(trace::GridRay(ray.o, ray.d, ray.tMin, ray.tMax), c.steps, &h)) return false;
+    if (!t->intersect(gridRay, c.steps, &h)) return false;
   }
   hit->t = h.t;
   const bool isFirst = h.u >= h.v;

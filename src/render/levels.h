@@ -17,6 +17,7 @@
 #include "scene/scene.h"
 #include "shade/group.h"
 #include "trace/geometry_cache.h"
+#include "trace/grid_outline.h"
 #include "trace/user_geometry.h"
 
 namespace kinora::render {
@@ -27,6 +28,7 @@ struct LevelCounters {
   std::atomic<uint64_t> micropolygons[kLevels][kKinds] = {};  // quads diced, for rays of this kind
   std::atomic<uint64_t> nanoseconds{0}, vertices{0};          // of dicing, shading for displacement with it
   std::atomic<uint64_t> found{0};                             // patches that rays found diced
+  std::atomic<uint64_t> passed{0};                            // and that were not, nor had to be: the ray goes by
 };
 
 class LevelledSurface final : public trace::UserGeometry {
@@ -67,6 +69,9 @@ class LevelledSurface final : public trace::UserGeometry {
   };
   Choice choose(uint32_t patch, const trace::UserRay& ray) const;
   int coarser(float footprint, float size) const;
+  // Whether it is known, without dicing it, that the ray goes by the patch.
+  bool goesBy(uint32_t patch, const Choice& choice, const trace::GridRay& ray) const;
+  void keepOutline(uint32_t patch, const Imath::V3f* points) const;
   float largestStep(uint32_t patch) const;
   trace::GeometryCache::Slot& slot(uint32_t patch, int level) const {
     return slots_[firstSlot_[patch] + uint32_t(level)];
@@ -88,6 +93,9 @@ class LevelledSurface final : public trace::UserGeometry {
   std::shared_ptr<const geometry::Patches> patches_;
   const geometry::Primvar* normals_;
   std::vector<std::array<float, 6>> boxes_;  // by patch
+  // By patch, as the finest grid has it; its state says whether that was diced yet.
+  mutable std::vector<trace::GridOutline> outlines_;
+  mutable std::vector<std::atomic<uint8_t>> outlineStates_;
   std::vector<uint32_t> firstSlot_;
   mutable std::vector<trace::GeometryCache::Slot> slots_;
   bool isMovedByShader_;

@@ -70,6 +70,7 @@ struct GeometryStatistics {
   uint64_t made = 0, again = 0, twice = 0,
            evicted = 0;   // tessellations; again: once more, twice: by two threads at once
   uint64_t found = 0;     // patches that rays found diced, but for some that threads have not told yet
+  uint64_t passed = 0;    // patches that were not diced, since an outline of theirs says that the ray goes by
   uint64_t vertices = 0;  // shaded for displacement
   double seconds = 0;     // of dicing, on all threads
   uint64_t limit = 0, bytes = 0, mostBytes = 0;  // of the cache; held at the end, and at most

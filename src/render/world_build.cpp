@@ -439,6 +439,7 @@ void WorldBuilder::countLevels(Statistics& statistics) const {
   const trace::GeometryCache::Counts cache = displacement_.cache().counts();
   g.whole = meshes_.levelledQuads();
   g.found = from.found;
+  g.passed = from.passed;
   g.vertices = from.vertices;
   g.seconds = double(from.nanoseconds) * 1e-9;
   g.limit = displacement_.cache().limit();

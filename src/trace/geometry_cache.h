@@ -44,6 +44,7 @@ class GeometryCache {
     if (t && !t->isUsed.load(std::memory_order_relaxed)) t->isUsed.store(1, std::memory_order_relaxed);
     return t;
   }
+  static bool has(const Slot& slot) { return slot.held.load(std::memory_order_relaxed) != nullptr; }
   // The one that is there from now on: another thread's, where that was faster. Within a Reading.
   const Tessellation* put(const void* owner, Slot& slot, Tessellation::Ptr made);
   // Nothing of the owner's is read any more.

@@ -10,6 +10,7 @@
 
 #include "simd/dispatch.h"
 #include "trace/geometry_cache.h"
+#include "trace/grid_outline.h"
 
 namespace kinora::trace {
 namespace {
@@ -29,6 +30,20 @@ Tessellation::Ptr bumps(int eu, int ev, double at) {
   return Tessellation::make(eu, ev, points.data(), normals.data());
 }
 
+// Every so many of the points of bumps(eu, ev, at), 2^level.
+Tessellation::Ptr coarseBumps(int eu, int ev, double at, int level, std::vector<V3f>* all) {
+  const Tessellation::Ptr fine = bumps(eu, ev, at);
+  std::vector<V3f> points, normals;
+  all->clear();
+  for (uint32_t j = 0; j <= 1u << ev; ++j)
+    for (uint32_t i = 0; i <= 1u << eu; ++i) {
+      all->push_back(fine->point(i, j));
+      if (((i | j) & ((1u << level) - 1)) == 0) points.push_back(all->back());
+    }
+  normals.assign(points.size(), V3f(0, 0, 1));
+  return Tessellation::make(eu - level, ev - level, points.data(), normals.data());
+}
+
 std::array<uint8_t, 4> whole(int eu, int ev) { return {uint8_t(eu), uint8_t(ev), uint8_t(eu), uint8_t(ev)}; }
 
 // In double, by plane and three edges. Distance, or 0; `nearEdge`: rounding may say either.
@@ -43,6 +58,41 @@ double triangleHit(const V3d& o, const V3d& d, const V3d& a, const V3d& b, const
     least = std::min(least, (y - x).cross(p - x).dot(n) / (n.length() * (y - x).length()));
   if (std::fabs(least) < 1e-6) *nearEdge = true;
   return least >= 0 && t > 0 ? t : 0;
+}
+
+// Rays from all around at a box of bumps that lie low in it, at three of its resolutions and with coarser edges.
+TEST(GridOutline, TurnsAwayNoRayThatMeetsTheGrid) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int turnedAway = 0, met = 0, passed = 0;
+  for (int level = 0; level < 3; ++level) {
+    std::vector<V3f> points;
+    const Tessellation::Ptr grid = coarseBumps(4, 5, 3, level, &points);
+    std::array<float, 6> box{3.f, 0.f, -.1001f, 4.f, 1.f, .3f};
+    for (const V3f& p : points)
+      for (size_t k = 0; k < 3; ++k) {
+        box[k] = std::min(box[k], p[k]);
+        box[3 + k] = std::max(box[3 + k], p[k]);
+      }
+    GridOutline outline;
+    outline.set(4, 5, points.data(), box);
+    for (int n = 0; n < 20000; ++n) {
+      const V3d from(3 + 3 * unit(random) - 1, 3 * unit(random) - 1, unit(random) - .5);
+      const V3d to(3 + unit(random), unit(random), .4 * unit(random) - .1);
+      const V3f o(from), d(to - from);
+      const GridRay ray(&o[0], &d[0], 0, n % 3 ? INFINITY : 1.f);
+      std::array<uint8_t, 4> steps = whole(grid->eu(), grid->ev());
+      for (auto& s : steps) s = uint8_t(std::max<int>(GridOutline::kLeastExponent, s - n % 2));
+      GridHit hit;
+      const bool meets = grid->intersect(ray, steps, &hit), may = outline.mayMeet(box, ray);
+      EXPECT_TRUE(may || !meets) << level << " " << n;
+      met += meets;
+      passed += !meets;
+      turnedAway += !may;
+    }
+  }
+  EXPECT_GT(met, 10000);
+  EXPECT_GT(turnedAway, passed / 2);  // what the boxes are for
 }
 
 TEST(Tessellation, RaysFindTheNearestOfAllTriangles) {

@@ -215,6 +215,7 @@ TEST(GeometryLevels, BitsAreTheSameForAnyCacheThreadWidthAndGroup) {
     SceneRender r(other);
     EXPECT_EQ(hashOf(r.film()), hash) << cache;
     EXPECT_GT(r.renderer().statistics().geometry.evicted, 0u) << cache;
+    EXPECT_GT(r.renderer().statistics().geometry.passed, 0u) << cache;
     EXPECT_EQ(says(r, "GEOMETRY-CACHE-SMALL"), cache == 1) << cache;
   }
   for (const uint32_t width : {1u, 4u, 16u}) {
@@ -244,8 +245,8 @@ TEST(GeometryLevels, BadInputIsTold) {
   // a bound that is too small is where points end; one of 0 is none
   expect("Attribute \"displacementbound\" \"float sphere\" [1e-4]\n" + by("1", ".3"), "DISPLACEMENT-BOUND", 2e-3);
   SceneRender zero(
-      requestOf(levels(1, ".15") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball, 32,
-                4, 0, camera)),
+      requestOf(levels(1, ".15") + "Attribute \"displacementbound\" \"float sphere\" [0]\n" + by("1", ".3") + ball,
+                32, 4, 0, camera)),
       larger(requestOf("Sphere 1.3 -1.3 1.3 360", 32, 4, 0, camera));
   EXPECT_TRUE(says(zero, "DISPLACEMENT-BOUND"));
   EXPECT_NEAR(mean(zero.channel("a")), mean(larger.channel("a")), 2e-3);

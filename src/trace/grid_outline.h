@@ -1,0 +1,27 @@
+// Roughly where within its box the surface of one patch lies: boxes around a quarter of its steps each way, in bytes.
+// Rays that pass between the bumps of a patch and the box around them are turned away by it without the patch being
+// diced: never one that meets the tessellation, so that what a ray sees does not follow from it.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "trace/tessellation.h"
+
+namespace kinora::trace {
+
+class GridOutline {
+ public:
+  // Grids and agreed edges with less than 2^2 steps have triangles that reach from one of the boxes to another.
+  static constexpr int kLeastExponent = 2;
+  // Of the finest grid: (2^eu + 1) x (2^ev + 1) points, rows along u, all of them within the box (lower, then upper).
+  void set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box);
+  // Whether the ray may meet a grid of these points, of every second, fourth, ... of them: false only if it does not.
+  // box: that of set().
+  bool mayMeet(const std::array<float, 6>& box, const GridRay& ray) const;
+
+ private:
+  static constexpr int kBoxes = 16;
+  uint8_t lower_[3][kBoxes], upper_[3][kBoxes];  // of 255 parts of the box, by axis
+};
+
+}  // namespace kinora::trace
