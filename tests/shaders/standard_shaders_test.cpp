@@ -230,5 +230,32 @@ TEST_F(Shaders, ABumpTakesTheSlopesOfAShader) {
   expectAlong(normal("\"int disable\" [1]"), 0, 0);
 }
 
+// Shaders and plug-ins in one network: heights have slopes wherever the plug-in stands. u rises by 1/2 a unit.
+TEST_F(Shaders, ABumpTakesTheSlopesOfANetworkOfBoth) {
+  write("half.osl", "shader half(float x = 0, output float result = 0) { result = x / 2; }");
+  write("slope.osl", "shader slope(output float result = 0) { result = .9 * u - .45 * v; }");
+  const auto normal = [&](const std::string& patterns, const std::string& from) {
+    RenderRequest r = requestOf(patterns + "Pattern \"PxrBump\" \"n\" \"reference float inputBump\" [\"" + from +
+                                "\"]\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultN\"]\n");
+    const size_t polygon = r.rib.find("Polygon");
+    r.rib = r.rib.substr(0, polygon) + "Patch \"bilinear\" \"P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    return middleOf(render);
+  };
+  const auto expectAlong = [](const std::array<float, 3>& n, float dx, float dy) {
+    const float l = std::sqrt(dx * dx + dy * dy + 1);
+    EXPECT_NEAR(n[0], -dx / l, 1e-3f);
+    EXPECT_NEAR(n[1], -dy / l, 1e-3f);
+    EXPECT_NEAR(n[2], -1 / l, 1e-3f);
+  };
+  const std::string u = "Pattern \"PxrVariable\" \"x\" \"string variable\" [\"u\"]\n";
+  expectAlong(normal(u + "Pattern \"half\" \"h\" \"reference float x\" [\"x:resultR\"]\n", "h:result"), .25f, 0);
+  expectAlong(normal("Pattern \"slope\" \"s\"\nPattern \"PxrToFloat3\" \"x\" \"reference float input\" "
+                     "[\"s:result\"]\n",
+                     "x:resultRGB"),
+              .45f, -.225f);
+}
+
 }  // namespace
 }  // namespace kinora::tests
