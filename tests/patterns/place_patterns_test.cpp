@@ -198,6 +198,29 @@ TEST(PlacePatterns, VoronoiseHasNoHoles) {
     ASSERT_NEAR(t.at("resultF", i), t.at("resultF", i - 1), 0.01f) << "at x = " << x[i];
 }
 
+// Where normals differ from point to point, those that have none are the surface's as it is, also where the viewer
+// hardly sees it, as where none has one.
+TEST(PlacePatterns, PointsWithoutABumpHaveTheSurfacesNormal) {
+  static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
+                                        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
+  static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  const float grazing = 0.002f, other = std::sqrt(1 - grazing * grazing);
+  for (const auto& [pattern, input] : {std::pair{"PxrBump", "inputN"},
+                                       {"PxrAdjustNormal", "inputNormal"},
+                                       {"PxrNormalMap", "bumpOverlay"},
+                                       {"PxrBumpMixer", "inputN2"}}) {
+    TestContext t(pattern, 2);
+    t.c.entering = entering, t.c.outerIor = ior;
+    t.setVectors(t.c.wo, {{other, other}, {0, 0}, {grazing, grazing}});
+    t.set(input, Numbers{{0, 0.6f}, {0, 0}, {0, 0.8f}});
+    if (std::string(pattern) == "PxrNormalMap") t.set("disable", 1);
+    ASSERT_TRUE(t.run(8)) << pattern;
+    EXPECT_EQ(t.at("resultN", 0, 0), 0) << pattern;
+    EXPECT_EQ(t.at("resultN", 0, 2), 1) << pattern;
+    EXPECT_NEAR(t.at("resultN", 1, 0), 0.6f, 1e-5f) << pattern;
+  }
+}
+
 // The renderer's gradient of what feeds a bump tilts its normal.
 TEST(PlacePatterns, BumpOfAGradient) {
   static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
