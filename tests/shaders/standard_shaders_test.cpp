@@ -101,6 +101,21 @@ TEST_F(Shaders, ElementsOfArraysAreConnected) {
   EXPECT_EQ(filmOf("Pattern \"PxrSwitch\" \"n\" \"float index\" [1] \"color[2] inputsRGB\" [9 9 9 .25 .5 .75]\n" +
                    std::string(kShowRGB)),
             expected);
+  // one by one, and with gaps: what is said counts there, else black
+  const auto black = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [0 0 0]\n");
+  const auto some = [&](const std::string& index, const std::string& elements) {
+    return filmOf(colors + "Pattern \"PxrSwitch\" \"n\" \"float index\" [" + index + "] " + elements + "\n" +
+                  kShowRGB);
+  };
+  for (const char* elements : {"\"reference color[3] inputsRGB\" [\"a:resultRGB\" \"\" \"b:resultRGB\"]",
+                               "\"reference color inputsRGB[0]\" [\"a:resultRGB\"] \"reference color inputsRGB[2]\" "
+                               "[\"b:resultRGB\"]",
+                               "\"reference color inputsRGB_2\" [\"b:resultRGB\"]"}) {
+    EXPECT_EQ(some("2", elements), expected) << elements;
+    EXPECT_EQ(some("1", elements), black) << elements;
+  }
+  EXPECT_EQ(some("1", "\"color[2] inputsRGB\" [9 9 9 .25 .5 .75] \"reference color inputsRGB[0]\" [\"a:resultRGB\"]"),
+            expected);
   std::string many = colors + "Pattern \"PxrSwitch\" \"n\" \"reference color[17] inputsRGB\" [";
   for (int i = 0; i < 17; ++i) many += "\"b:resultRGB\" ";
   SceneRender render(requestOf(many + "]\n" + kShowRGB));
