@@ -33,9 +33,8 @@ constexpr Param kParams[] = {
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
     param::number("inputBump", 0.f)
         .help("Heights of a pattern. A PxrTexture connected here gives file, manifold, linearize and colorScale; "
-              "heights "
-              "of OSL shaders have their own slopes; those of other patterns are differences over the footprint, for "
-              "which all that feeds them runs three times. A number alone has no slope."),
+              "heights of OSL shaders have their own slopes; those of other patterns are differences over the "
+              "footprint, for which all that feeds them runs three times. A number alone has no slope."),
     param::string("filename", "").file().help("Image of heights."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
     KINORA_IMAGE_ATLAS,
