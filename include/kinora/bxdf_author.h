@@ -94,17 +94,19 @@ struct Surface {
 inline bool isBumped(const Value& n) {
   return n.components == 3 && (n.stride || n.data[0][0] != 0.f || n.data[1][0] != 0.f || n.data[2][0] != 0.f);
 }
-// The normal of a bump input on wo's side, bent until wo sees it (never flipped alone: DESIGN section 2).
+// The normal of a bump input on wo's side, bent until wo sees it (never flipped alone: DESIGN section 2). Points at which
+// it is 0 0 0 have the surface's own as it is, as all have where no normal is given.
 template <int W>
 KN_INLINE Vec3<W> bumpedNormal(const Value& n, const Surface<W>& s) {
   using F = Float<W>;
   Vec3<W> b = loadVec<W>(n, s.at);
   const F l2 = dot(b, b);
-  b = select(l2 > F(1e-12f), b * (F(1.f) / sqrt(max(l2, F(1e-30f)))), s.N);
+  const Mask<W> given = l2 > F(1e-12f);
+  b = select(given, b * (F(1.f) / sqrt(max(l2, F(1e-30f)))), s.N);
   b = select(dot(b, s.Ng) < F(0.f), -b, b);
   const F d = dot(b, s.wo);
   const Vec3<W> bent = fma(s.wo, F(0.01f) - d, b);
-  return select(d < F(0.01f), normalize(bent), b);
+  return select(given, select(d < F(0.01f), normalize(bent), b), s.N);
 }
 // Writes a one-component value to n padded floats.
 inline void copyFloat(const Value& v, uint32_t n, float* out) {

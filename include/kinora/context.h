@@ -125,6 +125,13 @@ struct ContextFunctions {
   // (null: of Builtin::St), which are 0 where the footprint is a circle: at points that a wider path has found. 0, and
   // the axes are left alone, where all are, or the scene has no primvar of that name.
   int (*ellipses)(const Context*, const char* primvar, Value axes[2]);
+  // Whether a pattern feeds parameter `index` of the node being evaluated: the same for all points of a context.
+  int (*isConnected)(const Context*, uint32_t index);
+  // The gradient along the surface, in render space, of one component of a parameter that a pattern feeds, per render
+  // unit: by differences, for which all that feeds it runs again for the points a footprint further on, in two
+  // directions. 3 components, 0 where the surface has no direction of change. Components 0 where no pattern feeds the
+  // parameter, and in media.
+  Value (*paramGradient)(const Context*, uint32_t index, uint32_t component);
 };
 
 // Rays from points of a context, in any number of each. They see what rays that leave the points see
@@ -198,6 +205,7 @@ struct Context {
     return static_cast<T*>(fn->alloc(this, n * sizeof(T)));
   }
   Value param(uint32_t i) const { return fn->param(this, i); }
+  bool isConnected(uint32_t i) const { return fn->isConnected(this, i) != 0; }
   Value builtin(Builtin b) const { return fn->builtin(this, b); }
 };
 

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,16 @@ class TestContext {
     const Param& p = descriptor_->params[index(name)];
     const bool three = p.type != Type::Float && p.type != Type::Int;
     set(name, three ? Numbers{{v}, {v}, {v}} : Numbers{{v}});
+  }
+  // What a pattern feeds, not the scene.
+  void connect(const std::string& name, const Numbers& v) {
+    set(name, v);
+    connected_.insert(index(name));
+  }
+  // The same of a number, with the gradient of what feeds it.
+  void connect(const std::string& name, const Numbers& v, const Numbers& gradient) {
+    connect(name, v);
+    paramGradients_[index(name)] = value(gradient);
   }
   void setText(const std::string& name, const std::string& text) { texts_[index(name)] = text; }
   void setList(const std::string& name, std::vector<float> list) { lists_[index(name)] = std::move(list); }
@@ -221,13 +232,21 @@ class TestContext {
     axes[1] = self(c).ellipses_[1];
     return 1;
   }
-  static constexpr ContextFunctions kFunctions{&alloc,   &param,   &manifold, &text,     &list,  &builtin,
-                                               &primvar, &texture, &matrix,   &gradient, &probe, &ellipses};
+  static int isConnected(const Context* c, uint32_t i) { return self(c).connected_.count(i) != 0; }
+  static Value paramGradient(const Context* c, uint32_t i, uint32_t) {
+    const auto it = self(c).paramGradients_.find(i);
+    return it == self(c).paramGradients_.end() ? Value() : it->second;
+  }
+  static constexpr ContextFunctions kFunctions{&alloc,   &param,    &manifold,    &text,         &list,
+                                               &builtin, &primvar,  &texture,     &matrix,       &gradient,
+                                               &probe,   &ellipses, &isConnected, &paramGradient};
 
   const Descriptor* descriptor_ = nullptr;
   std::deque<std::vector<float>> kept_;
   std::deque<std::unique_ptr<std::byte, decltype(&std::free)>> memory_;
   std::map<uint32_t, Value> params_;
+  std::set<uint32_t> connected_;
+  std::map<uint32_t, Value> paramGradients_;
   std::map<uint32_t, Manifold> manifolds_;
   std::map<uint32_t, std::string> texts_;
   std::map<uint32_t, std::vector<float>> lists_;

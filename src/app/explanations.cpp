@@ -134,11 +134,6 @@ constexpr Explanation kRooms[] = {
      "NAME of "
      "each object, and an object with that material has none. The token stays in the name, and the file is mostly "
      "not found."},
-    {"PATTERN-BUMP",
-     "inputBump of a PxrBump is connected to something that has no slopes here: patterns give values, not how these "
-     "change along the surface, and normals stay as they are. What works: `filename` of PxrBump; a PxrTexture at "
-     "inputBump whose colorScale, colorOffset and saturation no pattern feeds (the bump reads its file itself); a "
-     "height that an OSL shader computes; or displacement."},
     {"PATTERN-RAMP",
      "The ramp of a pattern has more knots than colours or fewer, or knots that do not ascend. Knots and colours go "
      "together by number; what is left over is not used, and a knot that lies before the one ahead of it ends no "

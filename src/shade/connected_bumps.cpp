@@ -1,6 +1,7 @@
 #include "shade/connected_bumps.h"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,7 +36,7 @@ int channelOf(std::string_view output) {
   return -1;
 }
 
-// A bump with the heights of `texture`; null where that is more than a bump can do by itself.
+// A bump with the heights of `texture`; null where that is more than it can do by itself.
 std::shared_ptr<scene::Node> bumpOf(const scene::Node& bump, const scene::Node& texture, std::string_view output) {
   const int channel = channelOf(output);
   const scene::Parameter* factor = parameterOf(texture, "colorScale");
@@ -69,6 +70,31 @@ std::shared_ptr<scene::Node> bumpOf(const scene::Node& bump, const scene::Node& 
   return made;
 }
 
+const scene::Node* nodeBefore(const scene::Network& network, size_t end, const std::string& handle) {
+  const scene::Node* found = nullptr;
+  for (size_t k = 0; k < end; ++k)
+    if (network.patterns[k]->handle == handle) found = network.patterns[k].get();
+  return found;
+}
+
+// Whether only shaders feed what `node` gives, and it is one: then derivatives go all the way. What is no plug-in is a
+// shader, or missing, which is told elsewhere. `seen`: nodes that are known to be so.
+bool comesOfShaders(const scene::Network& network, size_t end, const scene::Node& node, Registry& registry,
+                    Diagnostics& diagnostics, std::set<const scene::Node*>& seen) {
+  if (!seen.insert(&node).second) return true;
+  if (registry.find(Kind::Pattern, node.plugin, diagnostics, node.pos)) return false;
+  for (const scene::Parameter& p : node.params) {
+    if (!p.isReference) continue;
+    for (const std::string& from : p.strings) {
+      const scene::Node* before = nodeBefore(network, end, from.substr(0, from.rfind(':')));
+      // itself at most: connections lead back
+      if (before && before != &node && !comesOfShaders(network, end, *before, registry, diagnostics, seen))
+        return false;
+    }
+  }
+  return true;
+}
+
 // A bump that is run as a shader: with the parameters that the shader has, as it spells them.
 std::shared_ptr<scene::Node> bumpOfShader(const scene::Node& bump) {
   auto made = std::make_shared<scene::Node>(bump);
@@ -99,26 +125,15 @@ scene::NetworkPtr withConnectedBumps(const scene::Network& network, Registry& re
     if (file && (file->isReference || !bump.params.getString(file->name, "").empty())) continue;  // heights enough
     const std::string ref = input->strings[0];
     const size_t colon = ref.rfind(':');
-    const std::string handle = ref.substr(0, colon);
-    const scene::Node* from = nullptr;
-    for (size_t k = 0; k < i; ++k)
-      if (network.patterns[k]->handle == handle) from = network.patterns[k].get();
+    const scene::Node* from = nodeBefore(network, i, ref.substr(0, colon));
+    if (!from) continue;
     std::shared_ptr<scene::Node> made;
-    if (from && colon != std::string::npos && sameName(from->plugin, "PxrTexture"))
+    std::set<const scene::Node*> seen;
+    if (colon != std::string::npos && sameName(from->plugin, "PxrTexture"))
       made = bumpOf(bump, *from, std::string_view(ref).substr(colon + 1));
-    // what is no plug-in is a shader, or missing, which is told elsewhere
-    else if (from && !registry.find(Kind::Pattern, from->plugin, diagnostics, from->pos))
+    else if (comesOfShaders(network, i, *from, registry, diagnostics, seen))
       made = bumpOfShader(bump);
-    if (!made) {
-      diagnostics.warning(
-          "PATTERN-BUMP", bump.pos,
-          "PxrBump.inputBump of '" + bump.handle + "' is connected to '" + ref +
-              (from ? "' (" + from->plugin + ")" : "'") + ", whose slopes it does not get",
-          "normals stay as they are",
-          "it takes heights of images (filename, or a PxrTexture at inputBump whose colours no pattern "
-          "changes) and of OSL shaders");
-      continue;
-    }
+    if (!made) continue;  // the general way: ContextFunctions::paramGradient
     if (!other) other = std::make_shared<scene::Network>(network);
     other->patterns[i] = std::move(made);
   }

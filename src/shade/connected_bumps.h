@@ -1,7 +1,7 @@
-// Bumps whose heights another node gives. A pattern has no slopes of what is connected to it, but an image has, and
-// shaders hand on derivatives: where PxrBump's inputBump is connected to a PxrTexture, the bump reads that file itself;
-// where it is connected to a shader, it becomes one (standard_shaders). Anything else is told, and leaves normals as
-// they are. Called when a material is added; knows nothing of shading.
+// Bumps whose heights another node gives, where there is a shorter way to their slopes than differences of all that
+// feeds them (moved_points): an image has slopes, and shaders hand on derivatives. Where PxrBump's inputBump is
+// connected to a PxrTexture, the bump reads that file itself; where heights come of shaders alone, it becomes one
+// (standard_shaders). Called when a material is added; knows nothing of shading.
 #pragma once
 #include "plugin/registry.h"
 #include "scene/scene.h"

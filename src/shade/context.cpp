@@ -170,7 +170,7 @@ Value builtin(const Context* c, Builtin id) {
       if (c->traits & kTraitInSpace)
         placesInMedia(c, p, r);
       else
-        k.rest(surface.args(), c->P, surface.edge(0), surface.edge(1), p, r);
+        surface.rest(p, r);
       for (uint32_t i = 0; i < n; ++i) r[i] *= c->radius[i];
       keep(Builtin::Po, {p[0], p[1], p[2]});
       keep(Builtin::PoRadius, {r});
@@ -533,6 +533,11 @@ Value gradient(const Context* c, const char* name, uint32_t component) {
   return out;
 }
 
+int isConnected(const Context* c, uint32_t index) {
+  const ContextHost& h = ContextHost::of(c);
+  return h.program->nodes[h.node].params[index].from == ParamSource::From::Connected;
+}
+
 int probe(const Context* c, const ProbeRays* rays) { return ContextHost::of(c).group->probe(c, *rays); }
 
 }  // namespace
@@ -560,6 +565,26 @@ void ContextHost::evaluate(const Context* c, uint32_t n) {
   node = before;
 }
 
+void ContextHost::startNetwork() {
+  Arena& arena = group->arena();
+  const uint32_t nodes = uint32_t(program->nodes.size());
+  done = arena.make<uint8_t>(nodes);
+  std::memset(done, 0, nodes);
+  firstOutput = arena.make<uint32_t>(nodes);
+  uint32_t outs = 0;
+  for (uint32_t k = 0; k < nodes; ++k) {
+    firstOutput[k] = outs;
+    outs += uint32_t(program->nodes[k].outputParam.size());
+  }
+  outputs = arena.make<Value>(outs + 1);
+  manifolds = arena.make<Manifold>(outs + 1);
+  for (uint32_t k = 0; k < outs; ++k) {
+    outputs[k] = Value();
+    manifolds[k] = Manifold();
+  }
+  node = nodes - 1;
+}
+
 void ContextHost::keepAll(uint64_t mark) {
   static_assert(std::is_trivially_copyable_v<Known> && std::is_trivially_copyable_v<SurfacePoints>);
   Arena& arena = group->arena();
@@ -575,7 +600,8 @@ void ContextHost::keepAll(uint64_t mark) {
   known.keptFor = mark;
 }
 
-const ContextFunctions kContextFunctions{&alloc,   &param,   &manifold, &text,     &list,  &builtin,
-                                         &primvar, &texture, &matrix,   &gradient, &probe, &ellipses};
+const ContextFunctions kContextFunctions{&alloc,   &param,    &manifold,    &text,         &list,
+                                         &builtin, &primvar,  &texture,     &matrix,       &gradient,
+                                         &probe,   &ellipses, &isConnected, &paramGradient};
 
 }  // namespace kinora::shade

@@ -23,6 +23,7 @@ struct ContextHost {
     bool haveBuiltin[size_t(Builtin::Count)] = {};
     Slopes st{};                                                // of Builtin::St
     float* ellipses[4] = {nullptr, nullptr, nullptr, nullptr};  // of the same
+    const struct MovedPoints* moved = nullptr;                  // see paramGradient()
     uint64_t keptFor = 0;                                       // newest mark for which remember() has kept all this
   };
   Known known;
@@ -36,6 +37,8 @@ struct ContextHost {
 
   static ContextHost& of(const Context* c) { return *static_cast<ContextHost*>(c->host); }
   void evaluate(const Context* c, uint32_t node);
+  // Room for what the program's nodes give: none has run.
+  void startNetwork();
   // Before something becomes known: where memory has been marked since the context was made, that lasts until the mark is
   // released, and the context goes on as it was.
   void remember() {
@@ -48,6 +51,9 @@ struct ContextHost {
 };
 
 extern const ContextFunctions kContextFunctions;
+
+// As ContextFunctions (moved_points.cpp).
+Value paramGradient(const Context* c, uint32_t index, uint32_t component);
 
 // Of contexts of points in media: their places in object space, with the factor of lengths on the way there; and what
 // the grids of their objects hold by that name, where they do (other points keep what is there).

@@ -274,23 +274,7 @@ void GroupState::setProgram(Context* c, const Program& program, bool bind) {
                (program.isFiber ? kTraitFiber : 0u) | (program.walkableLobes ? kTraitWalkable : 0u);
   c->bxdf = program.bxdf;
 
-  // room for the network's outputs
-  const uint32_t nodes = uint32_t(program.nodes.size());
-  h->done = arena_.make<uint8_t>(nodes);
-  std::memset(h->done, 0, nodes);
-  h->firstOutput = arena_.make<uint32_t>(nodes);
-  uint32_t outputs = 0;
-  for (uint32_t k = 0; k < nodes; ++k) {
-    h->firstOutput[k] = outputs;
-    outputs += uint32_t(program.nodes[k].outputParam.size());
-  }
-  h->outputs = arena_.make<Value>(outputs + 1);
-  h->manifolds = arena_.make<Manifold>(outputs + 1);
-  for (uint32_t k = 0; k < outputs; ++k) {
-    h->outputs[k] = Value();
-    h->manifolds[k] = Manifold();
-  }
-  h->node = nodes - 1;
+  h->startNetwork();
   if (bind && program.bxdf->begin && !(c->traits & kTraitComesOut)) {
     uint64_t time = 0;
     {

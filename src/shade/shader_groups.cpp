@@ -69,6 +69,32 @@ language::Values valuesOf(const ProgramNode& n, uint32_t i, const language::Type
   return v;
 }
 
+float floatOf(int32_t bits) {
+  float x;
+  std::memcpy(&x, &bits, 4);
+  return x;
+}
+
+std::vector<float> asMachineHas(const language::Values& v) {
+  std::vector<float> out = v.floats;
+  for (const int n : v.ints) out.push_back(floatOf(n));
+  for (const std::string& text : v.strings) out.push_back(floatOf(language::internString(text)));
+  return out;
+}
+
+// Whether a primvar of the parameter's name stands before its value. Strings that decide what the code is are none, nor
+// are arrays without a length; of arrays and strings a default that code computes stays.
+bool takesPrimvars(const ProgramNode& node, uint32_t i, const language::Symbol& symbol) {
+  const Param& p = node.plugin->params[i];
+  const ParamSource& s = node.params[i];
+  if (symbol.lockGeometry || s.from == ParamSource::From::Connected || p.type == Type::Matrix) return false;
+  const bool isArray = symbol.type.arrayLength != 0;
+  if (!isArray && p.type != Type::String) return true;
+  if (symbol.type.arrayLength < 0 || (symbol.hasInitCode && !s.given)) return false;
+  if (!isArray) return p.flags & kParamFile;
+  return std::none_of(node.parts.begin(), node.parts.end(), [&](const PartSource& x) { return x.param == i; });
+}
+
 }  // namespace
 
 void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width, Diagnostics& diagnostics) {
@@ -115,9 +141,10 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
                                         : symbol.type,
                                     valuesOf(node, i, symbol.type)});
         // materials that differ in a number say it point by point; an object's primvar stands before either
-        if (!symbol.lockGeometry && symbol.type.arrayLength == 0 && s.from != ParamSource::From::Connected &&
-            q.type != Type::String && q.type != Type::Matrix) {
-          v.isPrimvar = true;
+        v.isPrimvar = takesPrimvars(node, i, symbol);
+        if (v.isPrimvar) {
+          v.elements = uint32_t(symbol.type.arrayLength);
+          if (v.elements) v.otherwise = asMachineHas(s.given ? valuesOf(node, i, symbol.type) : symbol.values);
           if (symbol.hasInitCode && !s.given && !isAlwaysImplied(q.name)) {
             ShaderUse::Varying& asks = varying[{layer.name, std::string(q.name) + "?"}];
             asks = v;
@@ -147,7 +174,8 @@ void makeShaderUses(Program& p, language::ExecutableCache& cache, uint32_t width
       const auto it = varying.find({layer.name, parameter.name});
       language::PerPoint out;
       out.isVarying = it != varying.end();
-      out.hasDerivs = out.isVarying && it->second.isPrimvar && it->second.base != Base::Int;
+      out.hasDerivs = out.isVarying && it->second.isPrimvar && it->second.base != Base::Int &&
+                      it->second.base != Base::String && it->second.elements == 0;
       out.isConnected = out.isVarying && it->second.isConnected;
       out.isPartial = varying.count({layer.name, parameter.name + "?"}) != 0;
       return out;
@@ -303,6 +331,82 @@ void gatherPrimvar(const Context* c, ContextHost& h, const ShaderUse::Varying& i
   }
 }
 
+// The strings that points have by that name, `count` each; null: the object has none, or another number of them.
+class StringsByPoint {
+ public:
+  StringsByPoint(const Context* c, const ContextHost& h, const char* name, uint32_t count)
+      : place_(c->place), world_(*h.group->world().world), name_(name), count_(count) {}
+  const std::string* at(uint32_t point) {
+    const uint32_t geometry = place_.geometry[point];
+    if (geometry != geometry_) {
+      geometry_ = geometry;
+      found_ = world_.mesh(geometry).find(name_);
+      if (found_ && uint32_t(found_->width) != count_) found_ = nullptr;
+    }
+    if (!found_) return nullptr;
+    const bool isByFace = found_->rate == geometry::Primvar::Rate::PerFace;
+    const size_t first =
+        isByFace ? size_t(count_) * world_.mesh(geometry).faceOf(place_.primitive[point]) : size_t(0);
+    return first + count_ <= found_->strings.size() ? found_->strings.data() + first : nullptr;
+  }
+
+ private:
+  const Places& place_;
+  const trace::World& world_;
+  const char* const name_;
+  const uint32_t count_;
+  uint32_t geometry_ = ~0u;
+  const geometry::Primvar* found_ = nullptr;
+};
+
+// A string or an array of strings that primvars replace: handles, by element. `said`: the value of a single one.
+void gatherStrings(const Context* c, const ContextHost& h, const ShaderUse::Varying& in, const char* name,
+                   const Value& said, float* const* out) {
+  const uint32_t n = std::max(1u, in.elements);
+  StringsByPoint strings(c, h, name, n);
+  const std::string* last = nullptr;
+  for (uint32_t i = 0; i < c->padded; ++i) {
+    const std::string* own = strings.at(i);
+    for (uint32_t k = 0; k < n; ++k) {
+      if (!own)
+        out[k][i] = !in.elements              ? said.data[0][said.stride ? i : 0]
+                    : k < in.otherwise.size() ? in.otherwise[k]
+                                              : floatOf(language::internString(""));
+      else
+        out[k][i] = own == last ? out[k][i - 1] : floatOf(language::internString(own[k]));
+    }
+    last = own;
+  }
+}
+
+// An array of numbers that primvars of as many replace, without derivatives: by element and component.
+void gatherArray(const Context* c, ContextHost& h, const ShaderUse::Varying& in, const char* name,
+                 float* const* out) {
+  const uint32_t per = uint32_t(language::componentsOf(in.base)), n = in.elements * per;
+  const geometry::Primvar* const* of = primvarsOf(c, name);
+  const double* origin = h.group->world().worldOrigin;
+  for (uint32_t first = 0; first < n; first += 3) {
+    const uint32_t width = std::min(3u, n - first);
+    const Slopes s = h.surface.slopes({SlopeSource::What::Primvar, of, Implied::None, first}, width);
+    for (uint32_t i = 0; i < c->padded; ++i) {
+      const bool has = of[i] && uint32_t(of[i]->width) == n;
+      float f[3] = {0, 0, 0};
+      for (uint32_t j = 0; j < width; ++j) f[j] = s.value[j][i];
+      if (has && per == 3) {
+        primvarToRender(*of[i], h.surface.args(), i, f);
+        for (int j = 0; j < 3 && of[i]->type == scene::ValueType::Point; ++j) f[j] += float(origin[j]);
+      }
+      for (uint32_t j = 0; j < width; ++j) {
+        const uint32_t k = first + j;
+        if (has)
+          out[k][i] = in.base == Base::Int ? asInt(f[j]) : f[j];
+        else
+          out[k][i] = k < in.otherwise.size() ? in.otherwise[k] : 0.f;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 uint64_t ShaderUse::bytes() const {
@@ -355,6 +459,19 @@ void runShaders(const Context* c, ContextHost& h, const ShaderUse& use) {
   for (size_t i = 0; i < use.varying.size(); ++i) {
     const ShaderUse::Varying& in = use.varying[i];
     const Param& param = h.program->nodes[in.node].plugin->params[in.param];
+    if (in.elements || (in.isPrimvar && in.base == Base::String)) {
+      const uint32_t n = std::max(1u, in.elements) * uint32_t(language::componentsOf(in.base));
+      float** own = c->alloc<float*>(n);
+      for (uint32_t k = 0; k < n; ++k) own[k] = newFloats(c);
+      varying[i] = {own, nullptr, nullptr};
+      h.node = in.node;
+      const Value said = in.elements ? Value() : c->param(in.param);
+      if (in.base == Base::String)
+        gatherStrings(c, h, in, param.name, said, own);
+      else
+        gatherArray(c, h, in, param.name, own);
+      continue;
+    }
     const float** v = c->alloc<const float*>(9);
     varying[i] = {v, nullptr, nullptr};
     if (in.asksWhether) {

@@ -24,8 +24,10 @@ struct ShaderUse {
     uint32_t node = 0, param = 0;
     bool isPrimvar = false;  // of the parameter's name where an object has it, else the parameter's value
     language::Base base = language::Base::Float;
-    bool isConnected = false;  // to what is not in the group
-    bool asksWhether = false;  // not the primvar, but whether the object has it: else code computes the value
+    bool isConnected = false;        // to what is not in the group
+    bool asksWhether = false;        // not the primvar, but whether the object has it: else code computes the value
+    uint32_t elements = 0;           // of an array; 0: none
+    std::vector<float> otherwise{};  // of an array: what stands where there is no primvar, as the machine has it
   };
   std::vector<Varying> varying;  // in the order of the machine's varying inputs
   struct Out {

@@ -150,7 +150,17 @@ std::optional<scene::Node> withElements(const scene::Node& node, const Descripto
   };
   std::optional<scene::Node> out;
   for (const scene::Parameter& given : node.params) {
-    if (!given.isReference || !isDeclared(given.name + "_0")) continue;
+    if (!given.isReference) continue;
+    if (std::string array = given.name; splitIndex(array) >= 0 && isDeclared(array + "_0")) {
+      // one element: "name[2]"
+      if (!out) out = node;
+      out->params.erase(given.name);
+      scene::Parameter element = given;
+      element.name = array + "_" + given.name.substr(array.size() + 1, given.name.size() - array.size() - 2);
+      out->params.set(std::move(element));
+      continue;
+    }
+    if (!isDeclared(given.name + "_0")) continue;
     if (!out) out = node;
     // the list keeps the number of its elements
     scene::Parameter list = given;

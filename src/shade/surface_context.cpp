@@ -79,7 +79,36 @@ Slopes SurfacePoints::slopes(const SlopeSource& source, uint32_t components) {
     s.d2[j] = floats();
   }
   kernels_->slopes(args(), source, components, s);
+  for (uint32_t j = 0; shift_[0] && j < components; ++j)
+    for (uint32_t i = 0; i < args_.n; ++i) s.value[j][i] += shift_[0][i] * s.d1[j][i] + shift_[1][i] * s.d2[j][i];
   return s;
+}
+
+void SurfacePoints::rest(float* const Po[3], float* scale) {
+  const SurfaceArgs& a = args();
+  kernels_->rest(a, c_->P, edge(0), edge(1), shift_[0] ? shift_ : nullptr, Po, scale);
+  // strands that are not baked are where they began: P knows of the step, that does not
+  for (uint32_t i = 0; shift_[0] && a.strand && i < a.n; ++i) {
+    if (!a.strand[i] || a.world->world->instance(a.at.instance[i]).baked) continue;
+    trace::Affine back = a.toRender(i).inverse();
+    for (float& x : back.t) x = 0;
+    float step[3], own[3];
+    for (int k = 0; k < 3; ++k) step[k] = shift_[0][i] * edge(0)[k][i] + shift_[1][i] * edge(1)[k][i];
+    back.point(step, own);
+    Imath::V3d d(own[0], own[1], own[2]);
+    if (const BakedSpace* baked = a.world->geometries[a.at.geometry[i]].baked.get())
+      baked->toObject.multDirMatrix(Imath::V3d(d), d);
+    for (int k = 0; k < 3; ++k) Po[k][i] += float(d[k]);
+  }
+}
+
+void SurfacePoints::moveTo(const Context* c, const float* const along[2]) {
+  c_ = c;
+  float* sums[2] = {floats(), floats()};
+  for (int k = 0; k < 2; ++k) {
+    for (uint32_t i = 0; i < args_.n; ++i) sums[k][i] = along[k][i] + (shift_[k] ? shift_[k][i] : 0.f);
+    shift_[k] = sums[k];
+  }
 }
 
 void positionsAt(const Context* c, const float* time, float* const P[3]) {

@@ -441,7 +441,7 @@ struct Surface {
   }
 
   static void rest(const SurfaceArgs& a, const float* const P[3], const float* const e1[3], const float* const e2[3],
-                   float* const Po[3], float* scale) {
+                   const float* const shift[2], float* const Po[3], float* scale) {
     const trace::World& w = *a.world->world;
     for (uint32_t i = 0; i < a.n; i += W) {
       // of the triangle that was hit, undeformed; slopes of the quad where it is half of one
@@ -454,7 +454,6 @@ struct Surface {
         origin.set(l, f);
       }
       const Inside<W> in(a, i, false);
-      (interpolate<W>(triangle, in) + origin.get()).store(Po, i);
       F o1[3], o2[3];
       for (int k = 0; k < 3; ++k) {
         const F c[4] = {F::load(corners.at[0].x[k]), F::load(corners.at[1].x[k]), F::load(corners.at[2].x[k]),
@@ -465,6 +464,11 @@ struct Surface {
         o1[k] = select(corners.onQuad(), in.alongU(c), o1[k]);
         o2[k] = select(corners.onQuad(), in.alongV(c), o2[k]);
       }
+      V place = interpolate<W>(triangle, in) + origin.get();
+      if (shift)
+        place = fma(V(o1[0], o1[1], o1[2]), F::load(shift[0] + i),
+                    fma(V(o2[0], o2[1], o2[2]), F::load(shift[1] + i), place));
+      place.store(Po, i);
       for (uint32_t l = 0; l < uint32_t(W); ++l) {
         const BakedSpace* baked = a.world->geometries[a.at.geometry[i + l]].baked.get();
         if (!baked || (a.strand && a.strand[i + l])) continue;

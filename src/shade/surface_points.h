@@ -55,9 +55,10 @@ struct SurfaceKernels {
   void (*edges)(const SurfaceArgs& a, float* const e1[3], float* const e2[3]);
   // A primvar of one component fills all of them; where there are fewer, or none, the rest is 0. Not transformed.
   void (*slopes)(const SurfaceArgs& a, const SlopeSource& source, uint32_t components, const Slopes& out);
-  // Object space, undeformed; and by how much lengths shrink on the way there.
+  // Object space, undeformed; and by how much lengths shrink on the way there. shift: null, or how far along the edges
+  // P lies from the place; strands know nothing of it.
   void (*rest)(const SurfaceArgs& a, const float* const P[3], const float* const e1[3], const float* const e2[3],
-               float* const Po[3], float* scale);
+               const float* const shift[2], float* const Po[3], float* scale);
   // Mean curvature about the mesh's own normals: half their divergence over the triangle. 0 where there are none, or
   // one for the whole face.
   void (*curvatures)(const SurfaceArgs& a, float* out);
@@ -132,6 +133,11 @@ class SurfacePoints {
   }
   // `components` of three at most; arrays of the context's memory.
   Slopes slopes(const SlopeSource& source, uint32_t components);
+  // As the kernel of that name, of the context's points.
+  void rest(float* const Po[3], float* scale);
+  // The points of `c` are those of this one moved along the surface, by so much of each edge (by point): what is stored
+  // goes on there by its slopes; places, edges and slopes, which are known, stay.
+  void moveTo(const Context* c, const float* const along[2]);
   float* floats() const;
 
  private:
@@ -143,6 +149,7 @@ class SurfacePoints {
   const Context* c_ = nullptr;
   const SurfaceKernels* kernels_ = nullptr;
   float* edges_[2][3] = {};
+  const float* shift_[2] = {nullptr, nullptr};  // see moveTo(); null: the points are where their places are
   bool strandsAsked_ = false;
   bool quadsWait_ = false;  // some points lie on quads, and nobody has asked where
 };

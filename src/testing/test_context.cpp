@@ -283,6 +283,12 @@ TestContext::TestContext(const Descriptor& plugin, const Setting& setting, const
     return s.primvars.contains(std::string_view(name)) ? s.make(3, {0, 0, 0}, false) : Value();
   };
   f.ellipses = [](const Context*, const char*, Value*) { return 0; };
+  // what differs from point to point stands for a pattern, which is not known where the points are not
+  f.isConnected = [](const Context* x, uint32_t i) -> int {
+    const Impl& s = *static_cast<Impl*>(x->host);
+    return i < s.params.size() && !s.params[i].uniform();
+  };
+  f.paramGradient = [](const Context*, uint32_t, uint32_t) { return Value(); };
   c.fn = &f;
   c.host = impl_.get();
 }

@@ -73,10 +73,18 @@ TEST(PlacePatterns, RampTypesAndWidths) {
     EXPECT_TRUE(varies) << type;
   }
   t.set("rampType", 0.f);
-  t.set("splineMap", Numbers{spread(45, 0, 1, 13)});  // overrides the manifold
   t.setText("colorRamp_Interpolation", "linear");
+  t.set("splineMap", 0.f);  // said as every scene says it: the manifold counts
+  ASSERT_TRUE(t.run(8));
+  bool isFlat = true;
+  for (uint32_t i = 1; i < 45; ++i) isFlat &= t.at("resultR", i) == t.at("resultR", 0);
+  EXPECT_FALSE(isFlat);
+  t.connect("splineMap", Numbers{spread(45, 0, 1, 13)});  // overrides it
   ASSERT_TRUE(t.run(8));
   for (uint32_t i = 0; i < 45; ++i) EXPECT_NEAR(t.at("resultR", i), spread(45, 0, 1, 13)[i], 1e-6f);
+  t.connect("splineMap", Numbers{{0.f}});  // so does what is 0 everywhere
+  ASSERT_TRUE(t.run(8));
+  for (uint32_t i = 0; i < 45; ++i) EXPECT_NEAR(t.at("resultR", i), 0, 1e-6f);
 }
 
 TEST(PlacePatterns, Manifold3D) {
@@ -160,6 +168,87 @@ TEST(PlacePatterns, Voronoise) {
   w.set("smoothness", 0.3f);
   w.set("turbulent", 1);
   expectSameBitsAtAllWidths(w);
+}
+
+// Flat cells are those of the nearest points: values jump between cells, and are nowhere the mean of no cell.
+TEST(PlacePatterns, VoronoiseHasNoHoles) {
+  constexpr uint32_t n = 60000;
+  TestContext t("PxrVoronoise", n);
+  std::vector<float> x(n), y(n), z(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    x[i] = 40 * std::fmod(float(i) * 0.75487766f, 1.f) - 20;
+    y[i] = 40 * std::fmod(float(i) * 0.56984029f, 1.f) - 20;
+    z[i] = 40 * std::fmod(float(i) * 0.36902809f, 1.f) - 20;
+  }
+  t.setBuiltin(Builtin::Po, {x, y, z});
+  t.setBuiltin(Builtin::PoRadius, {{0.f}});
+  t.set("jitter", 1);
+  t.set("octaves", 1);
+  t.set("smoothness", 0.f);
+  ASSERT_TRUE(t.run(8));
+  uint32_t middles = 0;
+  for (uint32_t i = 0; i < n; ++i) middles += t.at("resultF", i) == 0.5f;
+  EXPECT_EQ(middles, 0u);
+  // smooth noise goes on smoothly: along a line its steps are small everywhere
+  for (uint32_t i = 0; i < n; ++i) x[i] = float(i) * 0.001f, y[i] = 0.37f, z[i] = -3.21f;
+  t.setBuiltin(Builtin::Po, {x, y, z});
+  t.set("smoothness", 1);
+  ASSERT_TRUE(t.run(8));
+  for (uint32_t i = 1; i < n; ++i)
+    ASSERT_NEAR(t.at("resultF", i), t.at("resultF", i - 1), 0.01f) << "at x = " << x[i];
+}
+
+// Where normals differ from point to point, those that have none are the surface's as it is, also where the viewer
+// hardly sees it, as where none has one.
+TEST(PlacePatterns, PointsWithoutABumpHaveTheSurfacesNormal) {
+  static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
+                                        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
+  static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  const float grazing = 0.002f, other = std::sqrt(1 - grazing * grazing);
+  for (const auto& [pattern, input] : {std::pair{"PxrBump", "inputN"},
+                                       {"PxrAdjustNormal", "inputNormal"},
+                                       {"PxrNormalMap", "bumpOverlay"},
+                                       {"PxrBumpMixer", "inputN2"}}) {
+    TestContext t(pattern, 2);
+    t.c.entering = entering, t.c.outerIor = ior;
+    t.setVectors(t.c.wo, {{other, other}, {0, 0}, {grazing, grazing}});
+    t.set(input, Numbers{{0, 0.6f}, {0, 0}, {0, 0.8f}});
+    if (std::string(pattern) == "PxrNormalMap") t.set("disable", 1);
+    ASSERT_TRUE(t.run(8)) << pattern;
+    EXPECT_EQ(t.at("resultN", 0, 0), 0) << pattern;
+    EXPECT_EQ(t.at("resultN", 0, 2), 1) << pattern;
+    EXPECT_NEAR(t.at("resultN", 1, 0), 0.6f, 1e-5f) << pattern;
+  }
+}
+
+// The renderer's gradient of what feeds a bump tilts its normal.
+TEST(PlacePatterns, BumpOfAGradient) {
+  static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
+                                        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
+  static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  TestContext t("PxrBump", 9);
+  t.c.entering = entering, t.c.outerIor = ior;
+  t.set("scale", 2);
+  t.set("inputBump", 3);  // a number has no slope
+  ASSERT_TRUE(t.run(8));
+  EXPECT_FLOAT_EQ(t.at("resultN", 4, 2), 1);
+  t.connect("inputBump", {{3.f}}, {{0.25f}, {-0.5f}, {7.f}});  // what rises along the normal bends nothing
+  for (const int reverse : {0, 1}) {
+    t.set("reverse", float(reverse));
+    ASSERT_TRUE(t.run(8));
+    const double l = std::sqrt(0.25 + 1 + 1), sign = reverse ? -1 : 1;
+    EXPECT_NEAR(t.at("resultN", 4, 0), sign * -0.5 / l, 1e-6);
+    EXPECT_NEAR(t.at("resultN", 4, 1), sign / l, 1e-6);
+    EXPECT_NEAR(t.at("resultN", 4, 2), 1 / l, 1e-6);
+  }
+  t.connect("inputBump", {spread(9, 0, 1)}, {spread(9, -1, 1), spread(9, 0, 1, 5), {std::vector<float>(9, 0.f)}});
+  expectSameBitsAtAllWidths(t);
+  t.setText("filename", "heights.tx");  // an image counts before
+  t.onTexture = [](int, float, float, float, const TextureOptions&, float v[4]) { v[0] = v[1] = v[2] = 0; };
+  t.setBuiltin(Builtin::St, {spread(9, 0, 1), spread(9, 0, 1, 5)});
+  t.setBuiltin(Builtin::StRadius, {std::vector<float>(9, 0.01f)});
+  ASSERT_TRUE(t.run(8));
+  EXPECT_FLOAT_EQ(t.at("resultN", 4, 2), 1);
 }
 
 TEST(PlacePatterns, NormalsFromImages) {

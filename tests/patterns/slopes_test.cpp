@@ -227,17 +227,103 @@ TEST(Slopes, ATextureAtInputBumpIsTheBumpsOwn) {
   expectNormal(fed.normal(c), own.normal(c), "without manifold");
 }
 
-TEST(Slopes, WhatHasNoSlopesIsTold) {
-  RenderRequest r;
-  r.rib =
-      "Format 8 8 1\nHider \"raytrace\" \"int maxsamples\" [1]\nProjection \"orthographic\"\nWorldBegin\n"
-      "Pattern \"PxrFractal\" \"f\"\nPattern \"PxrBump\" \"b\" \"reference float inputBump\" [\"f:resultF\"]\n"
-      "Bxdf \"PxrDiffuse\" \"m\" \"reference normal bumpNormal\" [\"b:resultN\"]\n"
-      "PointsPolygons [4] [0 1 2 3] \"P\" [-1 -1 2 1 -1 2 1 1 2 -1 1 2]\nWorldEnd\n";
-  SceneRender s(r);
-  EXPECT_TRUE(s.ok());
-  EXPECT_TRUE(says(s, "PATTERN-BUMP"));
-  EXPECT_TRUE(says(s, "'f:resultF' (PxrFractal)"));
+// Heights of patterns that are plug-ins: coordinates and places, which are linear, and an image that another pattern
+// makes twice as bright.
+TEST(Slopes, HeightsOfAnyPatternAreTheDisplacedCard) {
+  constexpr double kScale = 1.5;
+  const std::string file = pictureFile("kinora_heights.exr", true);
+  const auto bump = [](const std::string& from) {
+    return "Pattern \"PxrBump\" \"it\" \"float scale\" [1.5] \"reference float inputBump\" [\"" + from + "\"]\n";
+  };
+  const auto variable = [&](const std::string& name, const char* output) {
+    return "Pattern \"PxrVariable\" \"x\" \"string variable\" [\"" + name + "\"]\n" +
+           bump(std::string("x:") + output);
+  };
+  for (const Card& c : kCards)
+    for (const bool instanced : {false, true}) {
+      const std::string what = std::string(c.name) + (instanced ? " instanced, " : ", ");
+      const auto expect = [&](const std::string& patterns, const auto& heightOf, const char* name) {
+        Renders r;
+        r.instanced = instanced;
+        r.patterns = patterns;
+        double heights[3];
+        for (int i = 0; i < 3; ++i) heights[i] = kScale * heightOf(i);
+        expectNormal(r.normal(c), displaced(c, heights), what + name);
+      };
+      expect(
+          variable("s", "resultR"), [&](int i) { return c.st[i][0]; }, "s");
+      expect(
+          variable("t", "resultR"), [&](int i) { return c.st[i][1]; }, "t");
+      expect(
+          variable("PW", "resultR"), [&](int i) { return c.corner[i][0]; }, "x of the world");
+      expect(
+          variable("Po", "resultG"), [&](int i) { return (c.corner[i][1] - c.shift[1]) / c.scale[1]; }, "own y");
+      // their mean is the height
+      expect(
+          "Pattern \"PxrPrimvar\" \"x\" \"string varname\" [\"other\"] \"string type\" [\"float2\"]\n" +
+              bump("x:resultRGB"),
+          [&](int i) { return (c.st[i][0] + c.st[i][1]) / 3; }, "the mean of two");
+      const Place p{true, 33, 1.5, -0.7};
+      expect(
+          p.rib("") + "Pattern \"PxrTexture\" \"image\" \"string filename\" [\"" + file +
+              "\"] \"reference struct manifold\" [\"place:result\"]\n"
+              "Pattern \"PxrExposure\" \"twice\" \"float stops\" [1] \"reference color inputRGB\" "
+              "[\"image:resultRGB\"]\n" +
+              bump("twice:resultRGB"),
+          [&](int i) {
+            double q[2];
+            p.apply(c.st[i][0], c.st[i][1], q);
+            return 2 * (kAlong * q[0] + kAcross * q[1]);
+          },
+          "an image in a network");
+    }
+}
+
+// A bump in what feeds a bump: the height is a component of a bent normal, which is the same everywhere here.
+TEST(Slopes, OfBumpsThatFeedBumps) {
+  const Card& c = kCards[3];
+  Renders r;
+  const std::string s =
+      "Pattern \"PxrVariable\" \"s\" \"string variable\" [\"s\"]\n"
+      "Pattern \"PxrBump\" \"first\" \"float scale\" [2] \"reference float inputBump\" "
+      "[\"s:resultR\"]\n";
+  r.patterns = s + "Pattern \"PxrBump\" \"it\" \"reference float inputBump\" [\"first:resultN\"]\n";
+  const double none[3] = {0, 0, 0};
+  expectNormal(r.normal(c), displaced(c, none), "a constant height");
+  r.patterns = s +
+               "Pattern \"PxrBump\" \"it\" \"reference float inputBump\" [\"s:resultR\"] "
+               "\"reference normal inputN\" [\"first:resultN\"]\n";
+  Renders once;
+  once.patterns =
+      s + "Pattern \"PxrBump\" \"it\" \"float scale\" [2] \"reference float inputBump\" [\"s:resultR\"]\n";
+  const Vec bent = r.normal(c), first = once.normal(c), flat = displaced(c, none);
+  EXPECT_LT(dot(bent, flat), dot(first, flat) - 0.01) << "bent further";
+}
+
+TEST(Slopes, NoiseBendsWhatANumberDoesNot) {
+  const auto spreadOf = [](const std::string& input) {
+    RenderRequest r;
+    r.rib =
+        "Format 32 32 1\nHider \"raytrace\" \"int maxsamples\" [1]\nProjection \"orthographic\"\nWorldBegin\n"
+        "Pattern \"PxrFractal\" \"f\" \"float frequency\" [2]\nPattern \"PxrBump\" \"b\" " +
+        input +
+        "\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"b:resultN\"]\n"
+        "PointsPolygons [4] [0 1 2 3] \"P\" [-1 -1 2 1 -1 2 1 1 2 -1 1 2]\nWorldEnd\n";
+    SceneRender s(r);
+    EXPECT_TRUE(s.ok());
+    for (const std::string& m : s.messages())
+      if (m.find("RENDER-NO-LIGHTS") == std::string::npos) ADD_FAILURE() << m;
+    const image::Image p = s.channel("Ci");
+    double squares = 0;
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x) squares += (p.at(x, y)[0] * p.at(x, y)[0] + p.at(x, y)[1] * p.at(x, y)[1]) / 1024.;
+    return std::sqrt(squares);
+  };
+  const std::string connected = "\"reference float inputBump\" [\"f:resultF\"] ";
+  EXPECT_GT(spreadOf(connected + "\"float scale\" [0.9]"), 0.05);
+  EXPECT_GT(spreadOf(connected + "\"float scale\" [0.9]"), 1.5 * spreadOf(connected + "\"float scale\" [0.3]"));
+  EXPECT_LT(spreadOf(connected + "\"int disable\" [1]"), 1e-5);
+  EXPECT_LT(spreadOf("\"float inputBump\" [0.7]"), 1e-5);
 }
 
 // Projections along axes: the card faces z, so that the picture lies in x and y.

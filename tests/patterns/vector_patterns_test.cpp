@@ -94,16 +94,39 @@ TEST(VectorPatterns, SwitchRoundsAndGoesRound) {
   const float expected[] = {1, 1, 2, 3, 1, 3, 2};
   for (uint32_t i = 0; i < 7; ++i) EXPECT_EQ(t.at("resultR", i), expected[i]) << i;
   EXPECT_EQ(t.at("resultB", 3), 300);
-  t.set("inputsRGB_1", Numbers{{7}, {8}, {9}});  // a connection counts more than the list
+  t.connect("inputsRGB_1", Numbers{{-1}, {-1}, {-1}});  // a connection counts more than the list, whatever it gives
+  ASSERT_TRUE(t.run(8));
+  EXPECT_EQ(t.at("resultG", 2), -1);
+  t.connect("inputsRGB_1", Numbers{{7}, {8}, {9}});
   ASSERT_TRUE(t.run(8));
   EXPECT_EQ(t.at("resultG", 2), 8);
   expectSameBitsAtAllWidths(t);
   t.set("index", 1e30f);
   ASSERT_TRUE(t.run(8));
   EXPECT_TRUE(t.out("resultRGB").uniform());
-  t.setList("inputsRGB", {});
+  TestContext none("PxrSwitch", 1);
+  ASSERT_TRUE(none.run(8));
+  EXPECT_EQ(none.at("resultR"), 0);
+}
+
+// Elements that are connected one by one: the list reaches as far as they do, and what nothing says is black.
+TEST(VectorPatterns, SwitchHasGaps) {
+  TestContext t("PxrSwitch", 4);
+  t.connect("inputsRGB_0", Numbers{{1}, {2}, {3}});
+  t.connect("inputsRGB_2", Numbers{{4}, {5}, {6}});
+  t.set("index", Numbers{{0, 1, 2, 3}});
   ASSERT_TRUE(t.run(8));
-  EXPECT_EQ(t.at("resultR"), 0);
+  const float expected[] = {2, 0, 5, 2};
+  for (uint32_t i = 0; i < 4; ++i) EXPECT_EQ(t.at("resultG", i), expected[i]) << i;
+  for (int index = 0; index < 4; ++index) {
+    t.set("index", float(index));
+    ASSERT_TRUE(t.run(8));
+    EXPECT_EQ(t.at("resultG"), expected[index]) << index;
+  }
+  t.setList("inputsRGB", {7, 7, 7, 8, 8, 8});
+  t.set("index", 1);
+  ASSERT_TRUE(t.run(8));
+  EXPECT_EQ(t.at("resultG"), 8) << "in a gap the list counts";
 }
 
 TEST(VectorPatterns, ColorGrade) {

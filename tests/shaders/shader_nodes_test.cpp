@@ -61,6 +61,38 @@ TEST_F(Shaders, PrimvarsReplaceWhatMaterialsSayDifferently) {
   EXPECT_EQ(at(given, 12), (Rgb{1, 0, 5}));
 }
 
+TEST_F(Shaders, PrimvarsReplaceStringsAndArrays) {
+  using Rgb = std::array<float, 3>;
+  write("many.osl", R"(shader many(string name = "a" [[int lockgeom = 0]], float two[2] = {1, 2} [[int lockgeom = 0]],
+    string names[2] = {"x", "y"} [[int lockgeom = 0]], int whole[4] = {1, 2, 3, 4} [[int lockgeom = 0]],
+    output color result = 0)
+    { result = color((name == "b") + 2 * (names[0] == "x") + 4 * (names[1] == "q"), two[0] + 10 * two[1],
+                     whole[0] + 10 * whole[3]); })");
+  const auto many = [](const std::string& parameters) {
+    return "Pattern \"many\" \"n\" " + parameters + "\n" + kShow;
+  };
+  SceneRender alike(halvesOf(many(""),
+                             "\"constant string name\" [\"b\"] \"constant float[2] two\" [3 4] \"constant string[2] "
+                             "names\" [\"p\" \"q\"] \"constant int[4] whole\" [5 6 7 8]",
+                             many(""), ""));
+  ASSERT_TRUE(alike.ok());
+  EXPECT_EQ(at(alike, 3), (Rgb{5, 43, 85}));
+  EXPECT_EQ(at(alike, 12), (Rgb{2, 21, 41}));
+  // what materials say, and primvars of another length, which are none
+  SceneRender differ(halvesOf(many("\"string name\" [\"b\"] \"string[2] names\" [\"x\" \"q\"]"),
+                              "\"constant float[3] two\" [3 4 5] \"uniform string names\" [\"q\"]",
+                              many("\"string name\" [\"c\"] \"float[2] two\" [6 7] \"int[4] whole\" [2 0 0 3]"),
+                              "\"uniform string name\" [\"b\"]"));
+  ASSERT_TRUE(differ.ok());
+  EXPECT_EQ(at(differ, 3), (Rgb{7, 21, 41}));
+  EXPECT_EQ(at(differ, 12), (Rgb{3, 76, 32}));
+  // values that vary over the surface
+  SceneRender varies(requestOf(many(""), "\"vertex float[2] two\" [0 1  0 1  2 1  2 1]"));
+  ASSERT_TRUE(varies.ok());
+  EXPECT_NEAR(at(varies, 4)[1], 10 + 2 * 4.5 / 16, 1.0 / 16 + 1e-4);
+  EXPECT_NEAR(at(varies, 12)[1], 10 + 2 * 12.5 / 16, 1.0 / 16 + 1e-4);
+}
+
 // Render space begins elsewhere where the camera is far from the origin. Points that a scene says lie in the world.
 TEST_F(Shaders, PointsOfMaterialsLieInTheWorld) {
   using Rgb = std::array<float, 3>;

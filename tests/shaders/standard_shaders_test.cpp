@@ -101,6 +101,21 @@ TEST_F(Shaders, ElementsOfArraysAreConnected) {
   EXPECT_EQ(filmOf("Pattern \"PxrSwitch\" \"n\" \"float index\" [1] \"color[2] inputsRGB\" [9 9 9 .25 .5 .75]\n" +
                    std::string(kShowRGB)),
             expected);
+  // one by one, and with gaps: what is said counts there, else black
+  const auto black = filmOf("Bxdf \"PxrConstant\" \"m\" \"color emitColor\" [0 0 0]\n");
+  const auto some = [&](const std::string& index, const std::string& elements) {
+    return filmOf(colors + "Pattern \"PxrSwitch\" \"n\" \"float index\" [" + index + "] " + elements + "\n" +
+                  kShowRGB);
+  };
+  for (const char* elements : {"\"reference color[3] inputsRGB\" [\"a:resultRGB\" \"\" \"b:resultRGB\"]",
+                               "\"reference color inputsRGB[0]\" [\"a:resultRGB\"] \"reference color inputsRGB[2]\" "
+                               "[\"b:resultRGB\"]",
+                               "\"reference color inputsRGB_2\" [\"b:resultRGB\"]"}) {
+    EXPECT_EQ(some("2", elements), expected) << elements;
+    EXPECT_EQ(some("1", elements), black) << elements;
+  }
+  EXPECT_EQ(some("1", "\"color[2] inputsRGB\" [9 9 9 .25 .5 .75] \"reference color inputsRGB[0]\" [\"a:resultRGB\"]"),
+            expected);
   std::string many = colors + "Pattern \"PxrSwitch\" \"n\" \"reference color[17] inputsRGB\" [";
   for (int i = 0; i < 17; ++i) many += "\"b:resultRGB\" ";
   SceneRender render(requestOf(many + "]\n" + kShowRGB));
@@ -228,6 +243,33 @@ TEST_F(Shaders, ABumpTakesTheSlopesOfAShader) {
   expectAlong(normal("\"float scale\" [2] \"int invertT\" [0]"), .9f, -.45f);
   expectAlong(normal("\"float scale\" [2] \"int reverse\" [1]"), -.9f, .45f);
   expectAlong(normal("\"int disable\" [1]"), 0, 0);
+}
+
+// Shaders and plug-ins in one network: heights have slopes wherever the plug-in stands. u rises by 1/2 a unit.
+TEST_F(Shaders, ABumpTakesTheSlopesOfANetworkOfBoth) {
+  write("half.osl", "shader half(float x = 0, output float result = 0) { result = x / 2; }");
+  write("slope.osl", "shader slope(output float result = 0) { result = .9 * u - .45 * v; }");
+  const auto normal = [&](const std::string& patterns, const std::string& from) {
+    RenderRequest r = requestOf(patterns + "Pattern \"PxrBump\" \"n\" \"reference float inputBump\" [\"" + from +
+                                "\"]\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultN\"]\n");
+    const size_t polygon = r.rib.find("Polygon");
+    r.rib = r.rib.substr(0, polygon) + "Patch \"bilinear\" \"P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\nWorldEnd\n";
+    SceneRender render(r);
+    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
+    return middleOf(render);
+  };
+  const auto expectAlong = [](const std::array<float, 3>& n, float dx, float dy) {
+    const float l = std::sqrt(dx * dx + dy * dy + 1);
+    EXPECT_NEAR(n[0], -dx / l, 1e-3f);
+    EXPECT_NEAR(n[1], -dy / l, 1e-3f);
+    EXPECT_NEAR(n[2], -1 / l, 1e-3f);
+  };
+  const std::string u = "Pattern \"PxrVariable\" \"x\" \"string variable\" [\"u\"]\n";
+  expectAlong(normal(u + "Pattern \"half\" \"h\" \"reference float x\" [\"x:resultR\"]\n", "h:result"), .25f, 0);
+  expectAlong(normal("Pattern \"slope\" \"s\"\nPattern \"PxrToFloat3\" \"x\" \"reference float input\" "
+                     "[\"s:result\"]\n",
+                     "x:resultRGB"),
+              .45f, -.225f);
 }
 
 }  // namespace

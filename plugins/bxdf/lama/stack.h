@@ -85,10 +85,7 @@ struct SlabTree {
       : k(closure), Ng(s.Ng), wo(s.wo), smooth(s.N) {
     const F none(0.f), one(1.f);
     Vec3<W> normals[std::size(decltype(k.normals){})];
-    for (int i = 0; i < k.normalCount; ++i) {
-      const Vec3<W> n = loadVec<W>(k.normals[i], s.at);
-      normals[i] = select(dot(n, n) > F(1e-12f), bumpedNormal<W>(k.normals[i], s), s.N);
-    }
+    for (int i = 0; i < k.normalCount; ++i) normals[i] = bumpedNormal<W>(k.normals[i], s);
     for (uint32_t i = 0; i < k.leafCount; ++i) {
       const lama::Leaf& leaf = k.leaves[i];
       LeafLanes<W>& l = leaves[i];

@@ -34,7 +34,7 @@ struct PxrAdjustNormal {
       n = lerp(n, bumpedNormal<W>(in, s), loadFloat<W>(amount, at));
       n = lerp(n, s.N, loadFloat<W>(mix, at));
       const F m = length(n);
-      select(m > F(1e-6f), n * (F(1.f) / max(m, F(1e-6f))), s.N).store(out, i);
+      select((l > F(1e-6f)) & (m > F(1e-6f)), n * (F(1.f) / max(m, F(1e-6f))), s.N).store(out, i);
     }
   }
 };

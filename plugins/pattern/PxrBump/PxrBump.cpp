@@ -1,8 +1,8 @@
 // PxrBump: the slope of an image of heights bends the normal. Slopes are differences of two lookups a footprint
 // apart, so that they fade with distance like the image; the gradients of the texture coordinates take them to the
 // surface, so that they follow the picture however a manifold turns, mirrors or stretches it. A PxrTexture connected to
-// inputBump has become this node's own file before shading, and one that is connected to a shader has become a shader
-// (shade/connected_bumps); other patterns have no slopes and leave the normal as it is.
+// inputBump has become this node's own file before shading, and one whose heights come of shaders alone has become a
+// shader (shade/connected_bumps); the gradient of what other patterns connect is the renderer's to find.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrBump/PxrBump.cpp"
 #include <kinora/pattern_author.h>
 
@@ -32,8 +32,9 @@ constexpr Param kParams[] = {
     param::number("scale", 1.f).range(-2, 2).help("Height of white, render units."),
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
     param::number("inputBump", 0.f)
-        .help("A PxrTexture connected here gives file, manifold, linearize and colorScale; heights of OSL shaders "
-              "have their own slopes; other patterns have none and bend nothing (PATTERN-BUMP)."),
+        .help("Heights of a pattern. A PxrTexture connected here gives file, manifold, linearize and colorScale; "
+              "heights of OSL shaders have their own slopes; those of other patterns are differences over the "
+              "footprint, for which all that feeds them runs three times. A number alone has no slope."),
     param::string("filename", "").file().help("Image of heights."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
     KINORA_IMAGE_ATLAS,
@@ -60,36 +61,66 @@ struct PxrBump {
   template <int W>
   static void bend(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
-    const Value input = c->param(kInputN), scale = c->param(kScale), mix = c->param(kSurfaceNormalMix),
-                blur = c->param(kBlur);
+    const Value input = c->param(kInputN), scale = c->param(kScale), mix = c->param(kSurfaceNormalMix);
     float* out[3];
     makeOutput(*c, args->outputs[0], 3, false, out);
-    const bool bumped = isBumped(input);
+    const bool bumped = isBumped(input), isOff = fixedInteger(*c, kDisable) != 0;
     const Value handles = c->param(kFilename);
-    if (!hasFile(handles) || fixedInteger(*c, kDisable) != 0) {
+    const bool hasImage = !isOff && hasFile(handles);
+    // an image counts before what is connected, material by material
+    const Value slope = isOff || (hasImage && handles.uniform()) ? Value() : c->fn->paramGradient(c, kInputBump, 0);
+    if (!hasImage && !slope.components) {
       for (uint32_t i = 0; i < c->padded; i += W) {
         const Surface<W> s(*c, At{i, false});
         (bumped ? bumpedNormal<W>(input, s) : s.N).store(out, i);
       }
       return;
     }
-    const Manifold m = surfaceManifold(*c, kManifold, true);
-    const bool flip = !c->fn->manifold(c, kManifold) && fixedInteger(*c, kInvertT) != 0;
+    // how much it rises along the surface
+    float* rises[3];
+    Value rise;
+    makeOutput(*c, rise, 3, false, rises);
+    const F sign(fixedInteger(*c, kReverse) != 0 ? -1.f : 1.f);
+    if (hasImage) findRises<W>(*c, handles, sign, scale, rises);
+    for (uint32_t i = 0; slope.components && i < c->padded; i += W) {
+      const At at{i, false};
+      const Vec3<W> own = loadVec<W>(slope, at) * (sign * loadFloat<W>(scale, at));
+      alignas(64) float hasNone[W];
+      for (uint32_t l = 0; l < uint32_t(W); ++l) hasNone[l] = handleAt(handles, i + l) < 0;
+      select(F::load(hasNone) > F(0.f), own, hasImage ? Vec3<W>::load(rises, i) : own).store(rises, i);
+    }
+    for (uint32_t i = 0; i < c->padded; i += W) {
+      const At at{i, false};
+      const Surface<W> s(*c, at);
+      const Vec3<W> n = bumped ? bumpedNormal<W>(input, s) : s.N;
+      Vec3<W> r = Vec3<W>::load(rises, i);
+      r = fma(n, -dot(n, r), r);
+      normalize(lerp(normalize(n - r), n, loadFloat<W>(mix, at))).store(out, i);
+    }
+  }
+  // Of the heights of an image.
+  template <int W>
+  static void findRises(const Context& c, const Value& handles, Float<W> sign, const Value& scale,
+                        float* const rises[3]) {
+    using F = Float<W>;
+    const Value blur = c.param(kBlur);
+    const Manifold m = surfaceManifold(c, kManifold, true);
+    const bool flip = !c.fn->manifold(&c, kManifold) && fixedInteger(c, kInvertT) != 0;
     TextureOptions o;
-    o.firstChannel = fixedInteger(*c, kFirstChannel);
-    o.interpolateLevels = fixedInteger(*c, kLerp);
+    o.firstChannel = fixedInteger(c, kFirstChannel);
+    o.interpolateLevels = fixedInteger(c, kLerp);
     o.filter = 2;
-    o.linearize = fixedInteger(*c, kLinearize);
+    o.linearize = fixedInteger(c, kLinearize);
     o.missingColor[0] = o.missingColor[1] = o.missingColor[2] = 0.f;
     // heights at the point, a step along s, a step up t
     float *height[3], *st[3], *radius[3], *rest[3];
     Value heights, place, size, unused;
-    makeOutput(*c, heights, 3, false, height);
-    makeOutput(*c, place, 2, false, st);
-    makeOutput(*c, size, 2, false, radius);
-    makeOutput(*c, unused, 3, false, rest);
+    makeOutput(c, heights, 3, false, height);
+    makeOutput(c, place, 2, false, st);
+    makeOutput(c, size, 2, false, radius);
+    makeOutput(c, unused, 3, false, rest);
     for (uint32_t step = 0; step < 3; ++step) {
-      for (uint32_t i = 0; i < c->padded; i += W) {
+      for (uint32_t i = 0; i < c.padded; i += W) {
         const At at{i, false};
         const F r = max(abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at), F(kLeastStep));
         F s = loadComponent<W>(m.q, 0, at), t = loadComponent<W>(m.q, 1, at);
@@ -100,21 +131,15 @@ struct PxrBump {
         r.store(radius[0] + i);
       }
       float* const rgba[4] = {height[step], rest[0], rest[1], rest[2]};
-      c->fn->texture(c, &handles, st[0], st[1], radius[0], nullptr, &o, rgba);
-      for (uint32_t i = c->count; i < c->padded; ++i) height[step][i] = height[step][c->count - 1];
+      c.fn->texture(&c, &handles, st[0], st[1], radius[0], nullptr, &o, rgba);
+      for (uint32_t i = c.count; i < c.padded; ++i) height[step][i] = height[step][c.count - 1];
     }
-    const F sign(fixedInteger(*c, kReverse) != 0 ? -1.f : 1.f);
-    for (uint32_t i = 0; i < c->padded; i += W) {
+    for (uint32_t i = 0; i < c.padded; i += W) {
       const At at{i, false};
-      const Surface<W> s(*c, at);
-      const Vec3<W> n = bumped ? bumpedNormal<W>(input, s) : s.N;
-      const F step = max(abs(loadFloat<W>(m.radius, at)) + loadFloat<W>(blur, at), F(kLeastStep));
-      const F k = sign * loadFloat<W>(scale, at) / step, h = F::load(height[0] + i);
-      Vec3<W> rise = fma(loadVec<W>(m.gradient[0], at), (F::load(height[1] + i) - h) * k,
-                         loadVec<W>(m.gradient[1], at) * ((F::load(height[2] + i) - h) * k));
-      rise = fma(n, -dot(n, rise), rise);
-      const Vec3<W> bent = normalize(n - rise);
-      normalize(lerp(bent, n, loadFloat<W>(mix, at))).store(out, i);
+      const F k = sign * loadFloat<W>(scale, at) / F::load(radius[0] + i), h = F::load(height[0] + i);
+      fma(loadVec<W>(m.gradient[0], at), (F::load(height[1] + i) - h) * k,
+          loadVec<W>(m.gradient[1], at) * ((F::load(height[2] + i) - h) * k))
+          .store(rises, i);
     }
   }
   static constexpr float kLeastStep = 1e-4f;  // fraction of the image: below it differences are noise

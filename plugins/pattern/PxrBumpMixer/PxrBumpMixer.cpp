@@ -50,7 +50,8 @@ struct PxrBumpMixer {
         if (isBumped(slopes[k])) {
           g = loadVec<W>(slopes[k], at);
         } else {
-          g = surfaceGradient(bumpedNormal<W>(normals[k], s), s.N);
+          const Vec3<W> own = loadVec<W>(normals[k], at);
+          g = select(dot(own, own) > Float<W>(1e-12f), surfaceGradient(bumpedNormal<W>(normals[k], s), s.N), g);
         }
         sum += g * loadFloat<W>(amounts[k], at);
       }

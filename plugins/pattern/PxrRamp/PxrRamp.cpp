@@ -33,7 +33,7 @@ constexpr Param kParams[] = {
     param::integer("tile", 0).range(0, 1).help("1: the ramp repeats beyond 0..1."),
     param::integer("reverse", 0).range(0, 1).help("1: from the other end."),
     structural(param::number("splineMap", 0.f))
-        .help("Place on the ramp, where rampType is 6 or a pattern is connected here that is not 0 everywhere."),
+        .help("Place on the ramp, where rampType is 6 a pattern is connected here, or it is not 0."),
     param::integer("randomSource", 0)
         .range(0, 1)
         .options("0 object, 1 object")
@@ -72,7 +72,8 @@ struct PxrRamp {
       type = fixedInteger(c, kRampType);
       tile = fixedInteger(c, kTile) != 0;
       reverse = fixedInteger(c, kReverse) != 0;
-      mapped = type == 6 || !map.uniform() || map.data[0][0] != 0.f;
+      // what is connected counts whatever it is; a number that the scene says may be what every scene says
+      mapped = type == 6 || c.isConnected(kSplineMap) || (map.uniform() && map.data[0][0] != 0.f);
       seed = uint32_t(fixedInteger(c, kRandomSeed));
       if (type == 7) object = c.builtin(Builtin::ObjectId);
       const float *places = nullptr, *colors = nullptr;

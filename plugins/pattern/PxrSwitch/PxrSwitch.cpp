@@ -4,7 +4,8 @@
 
 KINORA_KERNELS_BEGIN
 
-// Elements of the list that patterns feed are parameters of their own: inputsRGB_0 ...
+// Elements of the list that patterns feed are parameters of their own: inputsRGB_0 ... They may be said one by one, with
+// gaps, and beyond the end of the list, which then is as long as they reach.
 enum : uint32_t { kIndex, kInputsRGB, kElement0 };
 constexpr uint32_t kMost = 16;
 #define KINORA_INPUT(n) \
@@ -14,7 +15,9 @@ constexpr Param kParams[] = {
         .range(0, 15)
         .help("Number of the colour, from 0, rounded; past the last it goes round."),
     param::array(Type::Color, "inputsRGB", nullptr, 0)
-        .help("The colours; \"reference color[n]\" connects n of them."),
+        .help("The colours; \"reference color[n]\" connects n of them (\"\": not that one), \"reference color "
+              "inputsRGB[k]\" "
+              "one. Those that nothing says are black."),
     KINORA_INPUT(0),
     KINORA_INPUT(1),
     KINORA_INPUT(2),
@@ -39,33 +42,47 @@ constexpr Param kParams[] = {
 #undef KINORA_INPUT
 
 struct PxrSwitch {
-  // Element k: what is connected to it, else what the list says.
-  static Value element(const Context& c, uint32_t k, const float* list) {
-    if (k < kMost) {
-      const Value v = c.param(kElement0 + k);
-      if (!v.uniform() || v.data[0][0] != -1.f || v.data[1][0] != -1.f || v.data[2][0] != -1.f) return v;
+  static constexpr float kBlack[3] = {0, 0, 0};
+  // Whether element k is said by itself: parameters of their own are -1 where they are not.
+  static bool isSaid(const Context& c, uint32_t k) {
+    if (k >= kMost) return false;
+    if (c.isConnected(kElement0 + k)) return true;
+    const Value v = c.param(kElement0 + k);
+    return v.data[0][0] != -1.f || v.data[1][0] != -1.f || v.data[2][0] != -1.f;
+  }
+  struct Elements {
+    const float* list;
+    uint32_t listed, count;
+    explicit Elements(const Context& c) {
+      listed = c.fn->list(&c, kInputsRGB, &list) / 3;
+      count = listed;
+      for (uint32_t k = listed; k < kMost; ++k)
+        if (isSaid(c, k)) count = k + 1;
     }
-    return constantValue(c, 3, list + 3 * k);
+  };
+  // Element k: what is connected to it, else what the list says; black in gaps.
+  static Value element(const Context& c, const Elements& elements, uint32_t k) {
+    if (isSaid(c, k)) return c.param(kElement0 + k);
+    return constantValue(c, 3, k < elements.listed ? elements.list + 3 * k : kBlack);
   }
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
     const Value index = c->param(kIndex);
-    const float* list;
-    const uint32_t n = c->fn->list(c, kInputsRGB, &list) / 3;
-    const float black[3] = {0, 0, 0};
+    const Elements elements(*c);
+    const uint32_t n = elements.count;
     Value& out = args->outputs[0];
     if (n == 0) {
-      out = constantValue(*c, 3, black);
+      out = constantValue(*c, 3, kBlack);
     } else if (index.uniform() || n == 1) {
       // one element is asked for, the others' networks need not run
       const float x = index.data[0][0], whole = toNearestWhole(x, float(n));
-      out = element(*c, uint32_t(whole), list);
+      out = element(*c, elements, uint32_t(whole));
     } else {
       float* rgb[3];
       makeOutput(*c, out, 3, false, rgb);
       Value* values = c->alloc<Value>(n);
-      for (uint32_t k = 0; k < n; ++k) values[k] = element(*c, k, list);
+      for (uint32_t k = 0; k < n; ++k) values[k] = element(*c, elements, k);
       for (uint32_t i = 0; i < c->padded; i += W) {
         const At at{i, false};
         const F whole = wrapped(loadFloat<W>(index, at), F(float(n)));

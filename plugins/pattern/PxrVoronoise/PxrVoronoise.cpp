@@ -1,7 +1,7 @@
 // PxrVoronoise: each lattice cell has a point and a value; a point in space gets the mean of the values about it,
 // weighted by distance. Steep weights give Voronoi cells, flat ones smooth noise (after I. Quilez, "Voronoise", 2014;
-// here in three dimensions with weights that end at distance 1, so that 27 cells suffice exactly). Layers below the
-// footprint fade out.
+// here in three dimensions; weights end at the same distance, the square root of 2. Jittered points leave no room for a
+// ball of that size without any, while one of radius 1 is empty here and there). Layers below the footprint fade out.
 #define KINORA_KERNEL_FILE "plugins/pattern/PxrVoronoise/PxrVoronoise.cpp"
 #include <kinora/pattern_author.h>
 #include <kinora/math/noise.h>
@@ -74,14 +74,16 @@ struct PxrVoronoise {
       return allUniform({&frequency, &gain, &lacunarity, &jitter, &smoothness, &m.q, &m.radius});
     }
   };
+  static constexpr int kCells = 64;
+  static constexpr float kInvReach = 0.70710678f;  // of where weights end; cells as far as 1.5 are visited
   // In 0..1.
   template <int W>
   static KN_INLINE Float<W> cells(Vec3<W> p, Float<W> jitter, Float<W> steep, uint32_t seed) {
     using F = Float<W>;
-    F near[27], value[27], nearest(0.f), sum(0.f), weights(0.f);
+    F near[kCells], value[kCells], nearest(0.f), sum(0.f), weights(0.f);
     int n = 0;
-    forCellPoints(p, jitter, true, seed, [&](Vec3<W> d, Int<W> bits) {
-      const F t = max(F(1.f) - length(d), F(0.f));
+    forNearCellPoints(p, jitter, seed, [&](Vec3<W> d, Int<W> bits) {
+      const F t = max(fnma(F(kInvReach), length(d), F(1.f)), F(0.f));
       near[n] = t * t * fnma(F(2.f), t, F(3.f));
       value[n] = toUnitFloat(bits);
       nearest = max(nearest, near[n]);
@@ -89,8 +91,11 @@ struct PxrVoronoise {
     });
     // relative to the nearest point, so that steep weights do not all underflow
     const F scale = F(1.f) / max(nearest, F(1e-20f));
-    for (int k = 0; k < 27; ++k) {
-      const F w = pow(near[k] * scale, steep);
+    const Mask<W> isPlain = steep == F(1.f);
+    for (int k = 0; k < kCells; ++k) {
+      const F x = near[k] * scale;
+      if (!(x > F(0.f)).any()) continue;  // most cells are out of reach
+      const F w = isPlain.all() ? x : select(isPlain, x, pow(x, steep));
       sum = fma(w, value[k], sum);
       weights += w;
     }
