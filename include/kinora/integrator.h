@@ -386,7 +386,9 @@ struct StoredRecords {
 // from what paths of the epochs before have found. Epochs are counts of samples a pixel: sample 0, 1, 2 to 3, 4 to 7 and
 // so on. Which paths teach depends on pixel, sample and seed alone, over the whole picture: those that a crop, a part of
 // the frame's samples, adaptive sampling or the replay of one sample leaves out are followed for the lesson only. So the
-// state of an epoch, and every pixel, is the same for all of them. Only for integrators whose one stage is camera paths.
+// state of an epoch, and every pixel, is the same for all of them. Only for integrators whose last stage is the one of
+// camera paths, which alone teach; all stages read the state. What they teach must not depend on records of the stages
+// before: paths that are followed for the lesson find none.
 struct Learning {
   uint32_t recordBytes = 0;  // of one record that a path leaves
   uint32_t samples = 0;      // paths of sample indices below this teach; rounded down to a power of two

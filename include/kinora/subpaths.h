@@ -413,9 +413,14 @@ class Arrivals {
     runs_ = make<ShadowRun>(rays);
     for (uint32_t** x : {&ray_, &slot_, &state_, &light_}) *x = make<uint32_t>(values);
     lightOfRay_ = make<uint32_t>(rays);
+    if (group->teaches) broughtBy_ = make<float*>(rays);
   }
-  // The points that follow are this context's.
-  void of(const Context& context) { c_ = &context; }
+  // The points that follow are this context's. brought: by point, where what its rays bring is added up as the mean of
+  // the channels, no later than by send(); null: nowhere. Only where paths teach (Group::teaches).
+  void of(const Context& context, float* brought = nullptr) {
+    c_ = &context;
+    brought_ = brought;
+  }
   // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); at most so
   // many values follow that come along it.
   // spread: LightSamples::spread of a light sample; 0: the vertex's own. light: of a light sample, see
@@ -433,6 +438,7 @@ class Arrivals {
     time_[rays_] = c_->time[point];
     spread_[rays_] = spread;
     lightOfRay_[rays_] = light;
+    if (broughtBy_) broughtBy_[rays_] = brought_ ? brought_ + point : nullptr;
     point_[rays_++] = point;
     if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
     runs_[runCount_ - 1].end = rays_;
@@ -459,7 +465,11 @@ class Arrivals {
     pack.put(light, lightOfRay_ + rays_);
     pack.put(Int<W>::lanes(int32_t(i)), point_ + rays_);
     alignas(64) uint32_t ray[W] = {};
-    for (uint32_t bits = on.bits(); bits; bits &= bits - 1) ray[__builtin_ctz(bits)] = rays_++;
+    for (uint32_t bits = on.bits(); bits; bits &= bits - 1) {
+      const uint32_t lane = uint32_t(__builtin_ctz(bits));
+      if (broughtBy_) broughtBy_[rays_] = brought_ ? brought_ + i + lane : nullptr;
+      ray[lane] = rays_++;
+    }
     if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
     runs_[runCount_ - 1].end = rays_;
     return Int<W>::load(ray);
@@ -491,6 +501,12 @@ class Arrivals {
                             spread_,
                             lightOfRay_};
       sv_->shadow(g_, runs_[0].context->depth, &rays);
+      for (uint32_t i = 0; broughtBy_ && i < values_; ++i) {
+        const uint32_t ray = ray_[i];
+        float sum = 0;
+        for (int k = 0; k < 3; ++k) sum += value_[k][i] * transmittance_[k][ray];
+        if (broughtBy_[ray]) *broughtBy_[ray] += sum * (1.f / 3.f);
+      }
       uint32_t n = 0;
       for (uint32_t i = 0; i < values_; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(values_ - i, W)));
@@ -523,6 +539,7 @@ class Arrivals {
   float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *spread_, *value_[3];
   uint32_t *point_, *ray_, *slot_, *state_, *light_, *lightOfRay_;
   ShadowRun* runs_;
+  float *brought_ = nullptr, **broughtBy_ = nullptr;  // of the context; by ray, null where no path teaches
   uint32_t rays_ = 0, values_ = 0, runCount_ = 0;
 };
 

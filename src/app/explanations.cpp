@@ -580,8 +580,9 @@ constexpr Explanation kRooms[] = {
      "matrix is used, or the identity where it has none."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
     {"RENDER-LEARNING",
-     "An integrator of a plug-in declares that it learns (IntegratorTraits::learning), but has stages besides camera "
-     "paths, keeps records between stages, or lacks IntegratorFunctions::learn. The frame is rendered with nothing "
+     "An integrator of a plug-in declares that it learns (IntegratorTraits::learning), but has several stages of "
+     "camera "
+     "paths, or another stage behind them, or lacks IntegratorFunctions::learn. The frame is rendered with nothing "
      "learned; its bits do not depend on parts or crops either way."},
     {"RENDER-RECORDS",
      "An integrator keeps records from one stage of a pass for the next, in lists that it declares. It appended to a "

@@ -107,7 +107,8 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
     values.warn("PARAM-CHOICE", "sampleMode is bxdf or manual, not '" + mode + "'", "bxdf is used");
   }
   o->guides = values.number("risPathGuiding") != 0;
-  from::learning(values, from::within(values, from::kGuidingSamples), *o);
+  from::learning(values, from::within(values, from::kGuidingSamples), o->guides, *o);
+  o->lightCandidates = from::lightCandidates(values);
   o->manifold = from::manifold(values);
   o->placesInMedia = uint32_t(from::within(values, from::named(kParams, "numVolumeAggregateSamples")));
   o->refractsAlpha = values.number("accumOpacity") != 0;

@@ -169,8 +169,12 @@ struct Data {
     if (farthest > 0) forward.farthest = farthest;
     forward.guides = isForward && v.integer("risPathGuiding") != 0;
     const int learned = v.integer("indirectTrainingSamples");
-    from::learning(v, learned > 0 ? float(std::min(learned, 4096)) : float(guiding::Options().samples), forward);
-    forward.learnsLights = isForward && forward.learnsLights;
+    const float lessons = learned > 0 ? float(std::min(learned, 4096)) : float(guiding::Options().samples);
+    if (isForward)
+      from::learning(v, lessons, forward.guides, forward);
+    else
+      from::learning(v, lessons, false, both);
+    forward.lightCandidates = from::lightCandidates(v);
     from::mergeMedia(v, both);
     both.kept = from::within(v, from::kKeptPaths);
     if (!both.merges) both.mergesMedia = both.beams = false;
@@ -183,8 +187,9 @@ inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
 }
 inline uint32_t learning(const void* data, Learning* out) {
   const auto& d = *static_cast<const Data*>(data);
+  if (!d.isForward) return vcm::learning(d.both, out);
   *out = guiding::learning(d.forward.guiding);
-  return d.isForward && (d.forward.guides || d.forward.learnsLights);
+  return d.forward.guides || d.forward.learnsLights;
 }
 inline uint32_t tellsLobesApart(const void* data) {
   const auto& d = *static_cast<const Data*>(data);
@@ -210,7 +215,7 @@ struct PxrUnified {
     vcm::commit(data.both, stage, services);
   }
   static void learn(const Data& data, const LearnServices& services) {
-    guiding::learn(data.forward.guiding, services);
+    guiding::learn(data.isForward ? data.forward.guiding : data.both.guiding, services);
   }
 };
 KINORA_KERNELS_END

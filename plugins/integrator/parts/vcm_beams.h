@@ -5,6 +5,7 @@
 // transmittance needs no closed form, and all techniques have that of both edges in their densities. Included per
 // target by vcm_kernel.h.
 #include <kinora/clamp_luminance.h>
+#include <kinora/guiding.h>
 #include <kinora/subpaths.h>
 
 #include "plugins/integrator/parts/vcm_neighbourhoods.h"
@@ -35,10 +36,17 @@ struct VcmShares {
 template <int W, class Shares>
 class Beams {
  public:
-  // lightPaths: PathTechniques::lightPaths.
+  // lightPaths: PathTechniques::lightPaths. learned: what points choose lights by, where Group::lightWeights is set.
   Beams(Group* group, const Services* services, const vcm::Options& options, const Neighbourhoods<W>& near,
-        const Subpaths<W>& paths, const PathDensities& sums, float lightPaths)
-      : g_(group), sv_(services), o_(options), near_(near), paths_(paths), sums_(sums), lightPaths_(lightPaths) {
+        const Subpaths<W>& paths, const PathDensities& sums, float lightPaths, const guiding::State* learned)
+      : g_(group),
+        sv_(services),
+        o_(options),
+        near_(near),
+        paths_(paths),
+        sums_(sums),
+        lightPaths_(lightPaths),
+        learned_(learned) {
     if (!o_.beams || !sv_->mediaScatter) return;
     g_->paths.wantsWays = 1;
     if (g_->stage == StageKind::LightPaths) return;
@@ -299,6 +307,7 @@ class Beams {
       first[i] = x.beam->isPoint() || x.beam->verticesBefore ? kNoLight : x.beam->light;
     }
     const EvaluateArgs e = evaluateBxdf(c, wi);
+    if (g_->lightWeights) weighLights<W>(g_, sv_, learned_, c);
     const LightDensities light(g_, sv_, c, wi, s, first);
     const LightSide side{transmittanceOfEdges(g_, sv_, c, wi, s), &light, o_.connects};
     const float* through = transmittanceOfEdges(g_, sv_, c, c.wo, c.distance);
@@ -410,6 +419,7 @@ class Beams {
   const Subpaths<W>& paths_;
   const PathDensities& sums_;
   float lightPaths_;
+  const guiding::State* learned_;
   const BeamIndex* index_ = nullptr;  // null: there are no beams
   // By slot: how far camera rays go before lights that they see, and with which density the camera makes them.
   float *reach_ = nullptr, *cameraPdf_ = nullptr;

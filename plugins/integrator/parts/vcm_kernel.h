@@ -13,6 +13,7 @@
 
 #include "plugins/integrator/parts/vcm_connections.h"
 
+#include <kinora/guiding.h>
 #include <kinora/subpaths_below.h>
 
 #if defined(KINORA_VCM_KERNEL_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -39,12 +40,13 @@ class Vcm {
                kTraitSubsurface | (options.hasLightPaths() ? kTraitBothEnds : 0u) |
                    (group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath),
                group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
+        learned_(options.learnsLights ? chooseLearnedLights(group, services) : nullptr),
         connectsCamera_(options.connects && !services->wantsUnshadowed),
         sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
         near_(group, services, options, lightPaths_),
-        beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0),
+        beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0, learned_),
         readsEvents_(readsEvents(services->paths)),
         connections_(group, services, options, paths_, sums_, arrivals_, readsEvents_) {}
 
@@ -77,6 +79,7 @@ class Vcm {
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
         if (depth && c.traits & kTraitScattersOnce) continue;  // sees lights alone
+        if (!depth) weigh(c);                                  // light samples there are another technique
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Near near = near_.of(c);
         beams_.keepPoints(c);
@@ -109,6 +112,7 @@ class Vcm {
       Near* nears = make<Near>(count);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
+        weigh(c);
         arrive(c, depth);
         const Near& near = nears[k] = near_.of(c);
         paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
@@ -136,6 +140,7 @@ class Vcm {
             [&](const Emerged& out) {
               Near* nears = make<Near>(out.count);
               for (uint32_t k = 0; k < out.count; ++k) {
+                weigh(*out.contexts[k]);
                 nears[k] = near_.of(*out.contexts[k]);
                 if (o_.merges) merge(*out.contexts[k], nears[k]);
               }
@@ -145,6 +150,16 @@ class Vcm {
                 leave(*out.contexts[k], paths_.scatter(*out.contexts[k], depth, lightParts), nears[k]);
             },
             [&](const ScatterOnce<W>& once) { sampleLightsWithin(once, lightParts); });
+  }
+
+  // By what was learned where its points are they choose lights; densities of that choice are the same from now on.
+  void weigh(const Context& c) {
+    if (g_->lightWeights) weighLights<W>(g_, sv_, learned_, c);
+  }
+  // Lessons of so many light samples; null: none is wanted. They teach by end(), when the arrivals have been sent.
+  LightLessons<W>* lessonsOf(uint32_t samples) const {
+    if (!g_->lightWeights || !g_->teaches) return nullptr;
+    return new (sv_->alloc(g_, sizeof(LightLessons<W>))) LightLessons<W>(g_, sv_, samples);
   }
 
   void leave(const Context& c, const GenerateArgs& a, const Near& near) {
@@ -299,15 +314,19 @@ class Vcm {
 
   void sampleLights(uint32_t count, Context* const* contexts, const Near* nears, uint32_t parts) {
     if (!sv_->lightCount || !parts) return;
-    for (uint32_t k = 0; k < count; ++k) {
-      arrivals_.of(*contexts[k]);
-      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], nears[k], part, parts);
-    }
+    uint32_t points = 0;
+    for (uint32_t k = 0; k < count; ++k) points += contexts[k]->count;
+    LightLessons<W>* lessons = lessonsOf(points * parts);
+    for (uint32_t k = 0; k < count; ++k)
+      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], nears[k], part, parts, lessons);
     arrivals_.send();
+    if (lessons) lessons->end();
   }
-  void sampleLights(const Context& c, const Near& near, uint32_t part, uint32_t parts) {
+  void sampleLights(const Context& c, const Near& near, uint32_t part, uint32_t parts, LightLessons<W>* lessons) {
     LightSamples ls;
     sv_->lightSamples(g_, &c, part, parts, &ls);
+    if (lessons) lessons->add(c, ls, paths_.throughput, parts);
+    arrivals_.of(c, lessons ? lessons->brought() : nullptr);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
     const float* through = transmittanceOfEdges(g_, sv_, c, ls.wi, ls.t);
@@ -349,11 +368,14 @@ class Vcm {
   void sampleLightsWithin(const ScatterOnce<W>& once, uint32_t parts) {
     if (!sv_->lightCount || !parts) return;
     const Context& c = once.context();
-    arrivals_.of(c);
+    weigh(c);
+    LightLessons<W>* lessons = lessonsOf(c.count * parts);
     for (uint32_t part = 0; part < parts; ++part) {
       Unshadowed open(c, sv_->wantsUnshadowed);
       LightSamples ls;
       sv_->lightSamples(g_, &c, part, parts, &ls);
+      if (lessons) lessons->add(c, ls, paths_.throughput, parts);
+      arrivals_.of(c, lessons ? lessons->brought() : nullptr);
       const EvaluateArgs e = evaluateBxdf(c, ls.wi);
       float *o[3], *factor[3], *tMax = make<float>(c.padded);
       uint32_t* point = make<uint32_t>(c.padded);
@@ -385,6 +407,7 @@ class Vcm {
       open.send(g_, sv_);
     }
     arrivals_.send();
+    if (lessons) lessons->end();
   }
   // Light samples before their shadow rays, each as if nothing else could find them.
   struct Unshadowed {
@@ -461,6 +484,7 @@ class Vcm {
   const vcm::Options& o_;
   float lightPaths_;
   Subpaths<W> paths_;
+  const guiding::State* learned_;
   bool
       connectsCamera_;  // not where unshadowed light is wanted: splats do not know what would have been without shadows
   PathDensities sums_;
