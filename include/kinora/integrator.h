@@ -368,6 +368,7 @@ struct CameraConnection {
                             // throughput * f * |cosine at the point| * importance / distance^2
   const float* pdf;         // of the camera making this direction, per solid angle at the lens
   const float* raster[2];
+  const float* begin;  // of `distance`, from the lens: before that camera rays meet nothing (clipping planes); else 0
 };
 
 // A list of records that an integrator keeps from one stage of a pass to the next: what light paths left for camera

@@ -10,7 +10,7 @@
 namespace kinora {
 
 // Raised whenever a struct or a function signature in include/kinora/ changes. Another version is refused.
-inline constexpr uint32_t kAbiVersion = 18;
+inline constexpr uint32_t kAbiVersion = 19;
 
 // Arrays over points, rays or lanes are padded to this many elements, and their padding holds valid numbers.
 inline constexpr uint32_t kPad = 16;

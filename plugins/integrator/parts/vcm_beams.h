@@ -58,6 +58,7 @@ class Beams {
     }
     reach_ = make<float>(g_->padded);
     cameraPdf_ = make<float>(g_->padded);
+    cameraBegin_ = make<float>(g_->padded);
     std::fill_n(reach_, g_->padded, HUGE_VALF);
     crossing_ = make<Crossing>(2 * kTogether);
     for (float*& x : value_) x = make<float>(kRoom);
@@ -247,7 +248,10 @@ class Beams {
         *sv_->pointsInSpace(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit, 0, paths_.count, paths_.live, t);
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
-    for (uint32_t i = 0; i < c.count; ++i) cameraPdf_[c.path[i]] = camera.pdf[i];
+    for (uint32_t i = 0; i < c.count; ++i) {
+      cameraPdf_[c.path[i]] = camera.pdf[i];
+      cameraBegin_[c.path[i]] = camera.begin[i];
+    }
   }
 
   void sendCrossings(uint32_t depth) {
@@ -341,7 +345,10 @@ class Beams {
     }
   }
   PathSums cameraSums(uint32_t slot, uint32_t depth, float t, float through) const {
-    if (!depth) return {cameraPdf_[slot] > 0 ? lightPaths_ * t * t / (cameraPdf_[slot] * through) : 0.f, 0, 1};
+    if (!depth) {
+      const float distance = t + cameraBegin_[slot];
+      return {cameraPdf_[slot] > 0 ? lightPaths_ * distance * distance / (cameraPdf_[slot] * through) : 0.f, 0, 1};
+    }
     const PathSums& x = sums_[slot];
     return {x.last * t * t / through, x.before, o_.connects ? 1.f : 0.f};
   }
@@ -421,8 +428,9 @@ class Beams {
   float lightPaths_;
   const guiding::State* learned_;
   const BeamIndex* index_ = nullptr;  // null: there are no beams
-  // By slot: how far camera rays go before lights that they see, and with which density the camera makes them.
-  float *reach_ = nullptr, *cameraPdf_ = nullptr;
+  // By slot: how far camera rays go before lights that they see, with which density the camera makes them, and how far
+  // from the lens they begin (CameraConnection).
+  float *reach_ = nullptr, *cameraPdf_ = nullptr, *cameraBegin_ = nullptr;
   Crossing* crossing_ = nullptr;
   uint32_t crossingCount_ = 0;
   float* value_[3] = {};

@@ -174,10 +174,12 @@ class Vcm {
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
     const EvaluateArgs e = evaluateBxdf(c, camera.wi);
-    // rays come from the lens, so that they see what camera rays see
+    // Rays come from where those of the camera begin, so that they see what these see.
+    float* reach = c.alloc<float>(c.padded + kPad);
+    for (uint32_t i = 0; i < c.padded; ++i) reach[i] = std::max(camera.distance[i] - camera.begin[i], 0.f);
     RayList& rays = *sv_->makeRays(g_, c.count);
     rays.passesMedia = 1;
-    const float* through = transmittanceOfEdges(g_, sv_, c, camera.wi, camera.distance);
+    const float* through = transmittanceOfEdges(g_, sv_, c, camera.wi, reach);
     float *T[3], *value[3], *raster[2], *share = c.alloc<float>(c.padded);
     for (float*& x : T) x = c.alloc<float>(c.padded + kPad);
     for (float*& x : value) x = c.alloc<float>(c.padded * c.slotCount + kPad);
@@ -194,9 +196,10 @@ class Vcm {
           othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi), e.pdfReverse[i],
                         Neighbourhoods<W>::mergesOf(near, c, i, wi).lane0(), through[i]);
       share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
-      fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
+      const float far = std::max(reach[i], 1e-18f);
+      fma(wi, Float<1>(far), P).store(rays.rays.o, n);
       (-wi).store(rays.rays.d, n);
-      rays.rays.tMax[n] = distance * 0.99999f - 2 * c.bias[i];
+      rays.rays.tMax[n] = far * 0.99999f - 2 * c.bias[i];
       rays.rays.time[n] = c.time[i];
       rays.rays.radius[n] = rays.rays.spread[n] = 0;
       rays.sampleSeed[n] = c.sampleSeed[i];
@@ -242,7 +245,7 @@ class Vcm {
     if (depth || !connectsCamera_) return sums_.arrive(c);
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
-    sums_.beginAtCamera(c, camera.pdf);
+    sums_.beginAtCamera(c, camera);
   }
 
   // length: edges of the path, one more than its bounces.
