@@ -171,24 +171,18 @@ class Subpaths {
 
   // Lights that the paths have met (after trace), each with a weight.
   void contribute(const LightHits& h, uint32_t depth, const float* weight) const {
-    float* value[3] = {floats(h.count), floats(h.count), floats(h.count)};
-    uint32_t* at = words(h.count);
     // where unshadowed light is wanted, what light samples could have found too is told apart from the rest
     for (const LightKind kind : {LightKind::Arrives, LightKind::Shadowed}) {
       if (kind == LightKind::Shadowed && !sv_->wantsUnshadowed) break;
-      for (uint32_t i = 0; i < h.count; ++i) {
-        const uint32_t s = h.slot[i], origin = g_->paths.origin[s];
+      contributeAs(kind, h, depth, weight, [&](uint32_t origin) {
         const bool isShadowed = sv_->wantsUnshadowed && !(origin & kFromDiscrete);
-        const float factor = depth == 0 ? 1.f : origin & kFromSpecular ? h.specular[i] : h.diffuse[i];
-        const float w = isShadowed == (kind == LightKind::Shadowed) ? weight[i] * factor : 0.f;
-        const bool isSpecular = depth && origin & kFromSpecular && h.specularRadiance[0];
-        const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
-        for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * radiance[k][i] * w;
-        at[i] = state[s];
-      }
-      const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, kind};
-      sv_->contribute(g_, &out);
+        return isShadowed == (kind == LightKind::Shadowed);
+      });
     }
+  }
+  // The same of lights along the rays (Services::lightsAlong), as if nothing were in the way.
+  void contributeUnshadowed(const LightHits& h, uint32_t depth, const float* weight) const {
+    contributeAs(LightKind::Unshadowed, h, depth, weight, [](uint32_t) { return true; });
   }
 
   // Nearest hits of the paths that live, which all go on living. What media let through weighs on them from shade()
@@ -378,6 +372,24 @@ class Subpaths {
  private:
   float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(sv_->alloc(g_, (n + kPad) * sizeof(uint32_t))); }
+  // Of lights met, those of rays with such origins.
+  template <class IsWanted>
+  void contributeAs(LightKind kind, const LightHits& h, uint32_t depth, const float* weight,
+                    const IsWanted& isWanted) const {
+    float* value[3] = {floats(h.count), floats(h.count), floats(h.count)};
+    uint32_t* at = words(h.count);
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i], origin = g_->paths.origin[s];
+      const float factor = depth == 0 ? 1.f : origin & kFromSpecular ? h.specular[i] : h.diffuse[i];
+      const float w = isWanted(origin) ? weight[i] * factor : 0.f;
+      const bool isSpecular = depth && origin & kFromSpecular && h.specularRadiance[0];
+      const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
+      for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * radiance[k][i] * w;
+      at[i] = state[s];
+    }
+    const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, kind};
+    sv_->contribute(g_, &out);
+  }
   // Light paths share sample indices and dimensions with the camera paths that they are connected to.
   uint32_t dimension(uint32_t depth) const {
     return dimensionAt(depth) | (traits_ & kTraitLightPath ? kOwnIndex : 0);

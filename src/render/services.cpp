@@ -177,6 +177,9 @@ struct Worker::Calls {
   static void lightsBeyond(Group* g, RayList* list, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightsBeyond(*list, n, slots, out);
   }
+  static void lightsAlong(Group* g, RayList* list, uint32_t n, const uint32_t* slots, LightHits* out) {
+    of(g).state_.lightsAlong(*list, n, slots, out);
+  }
   static void shadow(Group* g, uint32_t depth, const ShadowRays* rays) { of(g).state_.shadow(depth, rays); }
   static void contribute(Group* g, const Contributions* c) { of(g).contribute(c); }
   static void cover(Group* g, uint32_t n, const uint32_t* slots, const float* alpha) {
@@ -278,6 +281,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.meanTransmittance = &Calls::meanTransmittance;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;
+  s.lightsAlong = &Calls::lightsAlong;
   s.shadow = &Calls::shadow;
   s.contribute = &Calls::contribute;
   s.cover = &Calls::cover;

@@ -255,6 +255,7 @@ class Vcm {
   }
 
   void meetLights(uint32_t depth) {
+    if (depth && sv_->wantsUnshadowed) passLights(depth);
     LightHits h;
     sv_->lightHits(g_, &g_->paths, depth ? RayKind::Indirect : RayKind::Camera, paths_.count, paths_.live, &h);
     if (!h.count) return;
@@ -268,22 +269,43 @@ class Vcm {
         weight[i] = 1 / (1 + othersOfHit(sums_[s], o_.samplesLight(depth - 1) ? h.pdf[i] : 0, light, i, through[i]));
       }
     }
-    if (depth >= o_.clampDepth)
-      for (uint32_t i = 0; i < h.count; ++i) {
-        const uint32_t s = h.slot[i];
-        const float w = weight[i] * (depth == 0                            ? 1.f
-                                     : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
-                                                                           : h.diffuse[i]);
-        const bool isSpecular = depth && g_->paths.origin[s] & kFromSpecular && h.specularRadiance[0];
-        const V v =
-            V::load(paths_.throughput, s) * V::load(isSpecular ? h.specularRadiance : h.radiance, i) * Float<1>(w);
-        const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
-        if (before > 0) weight[i] *= after / before;
-      }
+    clampHits(h, depth, weight);
     paths_.contribute(h, depth, weight);
     if (depth) return;
     coverByLights(h);
     beams_.endAt(h);
+  }
+  void clampHits(const LightHits& h, uint32_t depth, float* weight) const {
+    if (depth < o_.clampDepth) return;
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i];
+      const float w = weight[i] * (depth == 0                            ? 1.f
+                                   : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
+                                                                         : h.diffuse[i]);
+      const bool isSpecular = depth && g_->paths.origin[s] & kFromSpecular && h.specularRadiance[0];
+      const V v =
+          V::load(paths_.throughput, s) * V::load(isSpecular ? h.specularRadiance : h.radiance, i) * Float<1>(w);
+      const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
+      if (before > 0) weight[i] *= after / before;
+    }
+  }
+  // Lights along rays as if nothing were in the way, beside light samples alone.
+  void passLights(uint32_t depth) {
+    uint32_t *list = make<uint32_t>(padded(paths_.count)), n = 0;
+    for (uint32_t i = 0; i < paths_.count; ++i)
+      if (!(g_->paths.origin[paths_.live[i]] & kFromDiscrete)) list[n++] = paths_.live[i];
+    if (!n) return;
+    std::fill(list + n, list + padded(n), list[n - 1]);
+    LightHits h;
+    sv_->lightsAlong(g_, &g_->paths, n, list, &h);
+    if (!h.count) return;
+    float* weight = make<float>(h.count);
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const float bySamples = o_.samplesLight(depth - 1) ? h.pdf[i] * sums_[h.slot[i]].last : 0.f;
+      weight[i] = 1 / (1 + bySamples);
+    }
+    clampHits(h, depth, weight);
+    paths_.contributeUnshadowed(h, depth, weight);
   }
   // transmittanceOfEdges() to lights met.
   const float* transmittanceTo(const LightHits& h) const {
@@ -354,6 +376,12 @@ class Vcm {
       if (ls.specularRadiance[0])
         glossy = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.specularRadiance, i) *
                  (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
+      // As if nothing were in the way there are rays that meet lights beside it, and no more; and nothing beside samples
+      // of what media emit.
+      F alone = F(1.f) + others;
+      if (sv_->wantsUnshadowed)
+        alone = alone / (F(1.f) + zeroUnless((Int<W>::load(ls.light + i) != Int<W>(kNoLight)) & !light.isDelta<W>(i),
+                                             found / light.direct<W>(i)));
       const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount,
                                         ls.spread ? F::load(ls.spread + i) : F(0.f), Int<W>::load(ls.light + i));
       for (uint32_t l = 0; l < c.slotCount; ++l) {
@@ -362,7 +390,7 @@ class Vcm {
         if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
         const Int<W> state = paths_.stateAfter(s, c.eventOfSlot[l]), from = Int<W>::load(ls.light + i);
         arrivals_.add(on, v, ray, s.s, state, from);
-        if (sv_->wantsUnshadowed) open.add(on, v * (F(1.f) + others), s.s, state, from);
+        if (sv_->wantsUnshadowed) open.add(on, v * alone, s.s, state, from);
       }
     }
     open.send(g_, sv_);
@@ -412,7 +440,7 @@ class Vcm {
     arrivals_.send();
     if (lessons) lessons->end();
   }
-  // Light samples before their shadow rays, each as if nothing else could find them.
+  // Light samples before their shadow rays.
   struct Unshadowed {
     float* value[3];
     uint32_t *slot, *state, *light, count = 0;
