@@ -133,14 +133,15 @@ class Subpaths {
     return rays;
   }
 
-  // What the surfaces of a context give off on their own, as far as no contribution has a luminance above `most`.
-  void contributeEmission(const Context& c, float most = 1e30f) const {
+  // What the surfaces of a context give off on their own, times a factor, as far as no contribution has a luminance above
+  // `most`.
+  void contributeEmission(const Context& c, float most = 1e30f, float factor = 1) const {
     if (!c.bxdf->emission) return;
     float* rgb[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
     uint32_t *at = c.alloc<uint32_t>(c.padded), *light = c.alloc<uint32_t>(c.padded);
     c.bxdf->emission(&c, c.closure, rgb);
     for (uint32_t i = 0; i < c.count; ++i) {
-      const Vec3<1> v = Vec3<1>::load(rgb, i) * Vec3<1>::load(throughput, c.path[i]);
+      const Vec3<1> v = Vec3<1>::load(rgb, i) * Vec3<1>::load(throughput, c.path[i]) * Float<1>(factor);
       (v * factorToLuminance(v, Float<1>(most))).store(rgb, i);
       at[i] = state[c.path[i]];
       light[i] = kNoLight;

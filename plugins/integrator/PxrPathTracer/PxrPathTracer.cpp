@@ -97,6 +97,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
   const NamedValues values(info, kParams, std::size(kParams));
+  values.warnNoEffect();
   if (const std::string mode = values.string("sampleMode"); mode == "manual") {
     const auto number = [&](const char* name) { return uint32_t(from::within(values, from::named(kParams, name))); };
     o->byLobe = {true, number("numDiffuseSamples"), number("numSpecularSamples"), number("numRefractionSamples"),

@@ -60,11 +60,8 @@ constexpr Param kParams[] = {
               "traceLightPaths 0: light paths' caustics are indirect light."),
     param::number("directClamp", 1e6f)
         .range(0, 1e30f)
-        .help("Largest luminance of one contribution of light that falls on what the camera sees; 1e30 is off. With "
-              "traceLightPaths 0."),
-    param::number("emissionMultiplier", 1.f)
-        .range(0, 100)
-        .help("Factor on what surfaces emit, but not lights. With traceLightPaths 0."),
+        .help("Largest luminance of one contribution of light that falls on what the camera sees; 1e30 is off."),
+    param::number("emissionMultiplier", 1.f).range(0, 100).help("Factor on what surfaces emit, but not lights."),
     param::integer("enableSampleTimers", 0)
         .range(0, 1)
         .help("No effect: statistics always hold the times of stages."),
@@ -163,8 +160,8 @@ struct Data {
     forward.refractsAlpha = v.integer("accumOpacity") != 0;
     forward.unshadowedEnd = from::within(v, from::named(kParams, "catchAllLights"));
     forward.clampCaustic = from::within(v, from::named(kParams, "causticClamp"));
-    forward.clampDirect = from::within(v, from::named(kParams, "directClamp"));
-    forward.emission = from::within(v, from::named(kParams, "emissionMultiplier"));
+    forward.clampDirect = both.clampDirect = from::within(v, from::named(kParams, "directClamp"));
+    forward.emission = both.emission = from::within(v, from::named(kParams, "emissionMultiplier"));
     const float farthest = from::within(v, from::named(kParams, "maxRayDistance"));
     if (farthest > 0) forward.farthest = farthest;
     forward.guides = isForward && v.integer("risPathGuiding") != 0;

@@ -80,6 +80,7 @@ struct Data : vcm::Options {
   explicit Data(const CreateInfo& info) {
     namespace from = pathParameters;
     const NamedValues values(info, kParams, std::size(kParams));
+    values.warnNoEffect();
     bounces = from::bounces(info, kMaxBounces, kMaxPathLength, 1000);
     lightSamples = from::count(info, kLightSamples, 0, 1024);
     clampDepth = from::count(info, kClampDepth, 1, 100000);

@@ -405,7 +405,8 @@ class Beams {
   void put(V v, uint32_t slot, uint32_t depth, uint32_t event, const Beam& b) {
     v = v * Float<1>(b.factorOf(event));
     if (!(maxComponent(v).lane0() > 0)) return;
-    if (depth + b.verticesBefore + 2 > o_.clampDepth) v = v * factorToLuminance(v, Float<1>(o_.clampLuminance));
+    if (const float most = o_.mostAt(depth + b.verticesBefore + 1); most < 1e30f)
+      v = v * factorToLuminance(v, Float<1>(most));
     if (count_ == kRoom) send();
     v.store(value_, count_);
     slot_[count_] = slot;

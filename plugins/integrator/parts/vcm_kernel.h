@@ -106,7 +106,7 @@ class Vcm {
       meetLights(depth);
       sums_.endLit(paths_.count, paths_.live);
       if (depth <= o_.bounces) beams_.alongRays(depth);
-      paths_.contributeGlow(depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
+      paths_.contributeGlow(o_.mostAt(depth));
       if (depth > o_.bounces) return;
       const uint32_t count = paths_.shade(depth, &contexts);
       Near* nears = make<Near>(count);
@@ -115,7 +115,7 @@ class Vcm {
         weigh(c);
         arrive(c, depth);
         const Near& near = nears[k] = near_.of(c);
-        paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
+        paths_.contributeEmission(c, o_.mostAt(depth), o_.emission);
         if (c.traits & kTraitInSpace ? o_.mergesMedia : o_.merges) merge(c, near);
         beams_.atPoints(c, near);
       }
@@ -250,8 +250,8 @@ class Vcm {
 
   // length: edges of the path, one more than its bounces.
   V clamped(uint32_t length, V v) const {
-    if (length <= o_.clampDepth) return v;
-    return v * factorToLuminance(v, Float<1>(o_.clampLuminance));
+    const float most = o_.mostAt(length - 1);
+    return most < 1e30f ? v * factorToLuminance(v, Float<1>(most)) : v;
   }
 
   void meetLights(uint32_t depth) {
@@ -276,7 +276,7 @@ class Vcm {
     beams_.endAt(h);
   }
   void clampHits(const LightHits& h, uint32_t depth, float* weight) const {
-    if (depth < o_.clampDepth) return;
+    if (!(o_.mostAt(depth) < 1e30f)) return;
     for (uint32_t i = 0; i < h.count; ++i) {
       const uint32_t s = h.slot[i];
       const float w = weight[i] * (depth == 0                            ? 1.f
@@ -356,6 +356,7 @@ class Vcm {
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
     const float* through = transmittanceOfEdges(g_, sv_, c, ls.wi, ls.t);
     const bool isFollowed = !(c.traits & kTraitScattersOnce);
+    const float most = o_.mostAt(c.depth + 1);
     Unshadowed open(c, sv_->wantsUnshadowed);
     for (uint32_t i = 0; i < c.count; i += W) {
       const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
@@ -387,7 +388,7 @@ class Vcm {
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
         Vec3<W> v = (c.eventOfSlot[l] & 1 ? glossy : arriving) * Vec3<W>::load(e.weight[l], i) * factor;
-        if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
+        if (most < 1e30f) v = v * factorToLuminance(v, F(most));
         const Int<W> state = paths_.stateAfter(s, c.eventOfSlot[l]), from = Int<W>::load(ls.light + i);
         arrivals_.add(on, v, ray, s.s, state, from);
         if (sv_->wantsUnshadowed) open.add(on, v * alone, s.s, state, from);

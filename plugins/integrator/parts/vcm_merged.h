@@ -141,7 +141,7 @@ class Merged {
       zeroUnless(pdf > F(0.f), F(1.f) / (F(count) * (F(1.f) + others) * cosine)).store(share_ + i);
     }
     const uint32_t s = c_.path[point_];
-    const bool clamps = o_.clampLuminance < 1e30f;
+    const bool clamps = std::min(o_.clampLuminance, o_.clampDirect) < 1e30f;
     // the light's own factors, where any has them, and one sum where the rest of a path does not matter
     uint32_t differs = 0, factors = 0;
     for (uint32_t i = 0; i < count_; ++i) {
@@ -165,8 +165,8 @@ class Merged {
         }
         if (clamps) {
           const I before = I::load(length_ + i) & I(~vcm::Photon::kHasFactors);
-          x = select(I(int32_t(o_.clampDepth) - int32_t(c_.depth) - 2) < before,
-                     x * factorToLuminance(x, F(o_.clampLuminance)), x);
+          const Mask<W> isDeep = I(int32_t(o_.clampDepth) - int32_t(c_.depth) - 2) < before;
+          x = x * factorToLuminance(x, select(isDeep, F(o_.clampLuminance), F(o_.clampDirect)));
         }
         x = zeroUnless((maxComponent(x) > F(0.f)) & Mask<W>::firstN(int(std::min<uint32_t>(count_ - i, W))), x);
         if (isOne) {

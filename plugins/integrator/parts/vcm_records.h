@@ -27,11 +27,17 @@ struct Options {
   float timeRadius = 1;                // farthest distance in time of merged vertices, of the shutter's opening
   uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
   float clampLuminance = 10;           // largest luminance of one contribution there
+  float clampDirect = 1e30f;           // and before, but of lights that the camera sees
+  float emission = 1;                  // factor on what surfaces emit
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
   bool learnsLights = false;           // which lights are worth a sample, region by region
   guiding::Options guiding;            // and how
   bool mergesAny() const { return merges || mergesMedia; }
   bool hasLightPaths() const { return connects || mergesAny() || beams; }
+  // The largest luminance of one contribution by a path of so many bounces, that to the light included.
+  float mostAt(uint32_t bounces) const {
+    return bounces >= clampDepth ? clampLuminance : bounces ? clampDirect : 1e30f;
+  }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
   bool samplesLight(uint32_t before) const { return before || lightSamples; }
 };
