@@ -88,6 +88,16 @@ WorldEnd
 }
 
 TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
+// More vertices at a point than are evaluated together: which of them are summed first does not depend on the points
+// that were looked up with it.
+TEST(Vcm, SameBitsWhereManyAreMerged) {
+  const std::string spot = R"(
+    AttributeBegin
+      ConcatTransform [0.1 0 0 0  0 0 0.1 0  0 -1 0 0  -0.3 1.9 0.6 1]
+      Light "PxrRectLight" "lamp" "float intensity" [600] "float emissionFocus" [300] "string lightGroup" ["key"]
+    AttributeEnd)";
+  expectSameBits({}, room(spot, kGrey), "PxrVCM");
+}
 // What fibres are asked when a vertex is connected, they have not been asked before.
 TEST(Vcm, SameBitsOfHair) {
   expectSameBits({}, room(kRect, "Bxdf \"PxrMarschnerHair\" \"hair\" \"float diffuseGain\" [0.8]\n", kLens),
