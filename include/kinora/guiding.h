@@ -447,6 +447,16 @@ class Lessons {
   uint32_t *slot_, *cell_, *last_;  // last_: by path, 1 + the lesson whose ray is on its way
 };
 
+// From now on the group's points choose lights by what was learned of them, through weighLights(); null where that is
+// nothing yet. Once a group, before its first vertex.
+inline const guiding::State* chooseLearnedLights(Group* group, const Services* services) {
+  if (services->lightCount <= 1) return nullptr;
+  static constexpr float kOnes[kLightClusters] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  const auto* state = static_cast<const guiding::State*>(services->learned(group));
+  group->lightWeights = state ? state->floats(state->lightWeights) : kOnes;
+  return state;
+}
+
 // Regions of a context's points, by which they choose lights.
 template <int W>
 void weighLights(Group* group, const Services* services, const guiding::State* state, const Context& c) {
@@ -492,6 +502,8 @@ class LightLessons {
                           -1};
     }
   }
+  // By point of the context that was added last: what its ray brings, to be added up as the mean of the channels.
+  float* brought() { return brought_ + first_; }
   // Rays of some of W of its points, from i on.
   void addRays(const Packer<W>& pack, uint32_t i, uint32_t ray) {
     pack.put(Int<W>::lanes(int32_t(first_ + i)), ofRay_ + ray);
@@ -503,6 +515,10 @@ class LightLessons {
       for (int c = 0; c < 3; ++c) v += value[c][e] * T[c][ray[e]];
       brought_[ofRay_[ray[e]]] += v * (1.f / 3.f);
     }
+    end();
+  }
+  // The same where others have added that up.
+  void end() {
     uint32_t n = 0;
     for (uint32_t i = 0; i < count_; ++i) {
       guiding::Lesson l = lessons_[i];

@@ -194,7 +194,7 @@ struct LightHits {
 enum class LightKind : uint32_t {
   Arrives,    // no shadow could have fallen on it: glow, lights seen directly or by a mirror
   Shadowed,   // light samples behind their shadow rays, or lights found by chance: one estimate in two parts
-  Unshadowed  // light samples as if unoccluded, without the weight that they share with lights found by chance
+  Unshadowed  // as if nothing were in its way: light samples, and lights along rays (lightsAlong()); in two parts, too
 };
 
 // A contribution to the picture: value times throughput, with the state of its light path (see PathStates).
@@ -368,6 +368,7 @@ struct CameraConnection {
                             // throughput * f * |cosine at the point| * importance / distance^2
   const float* pdf;         // of the camera making this direction, per solid angle at the lens
   const float* raster[2];
+  const float* begin;  // of `distance`, from the lens: before that camera rays meet nothing (clipping planes); else 0
 };
 
 // A list of records that an integrator keeps from one stage of a pass to the next: what light paths left for camera
@@ -386,7 +387,9 @@ struct StoredRecords {
 // from what paths of the epochs before have found. Epochs are counts of samples a pixel: sample 0, 1, 2 to 3, 4 to 7 and
 // so on. Which paths teach depends on pixel, sample and seed alone, over the whole picture: those that a crop, a part of
 // the frame's samples, adaptive sampling or the replay of one sample leaves out are followed for the lesson only. So the
-// state of an epoch, and every pixel, is the same for all of them. Only for integrators whose one stage is camera paths.
+// state of an epoch, and every pixel, is the same for all of them. Only for integrators whose last stage is the one of
+// camera paths, which alone teach; all stages read the state. What they teach must not depend on records of the stages
+// before: paths that are followed for the lesson find none.
 struct Learning {
   uint32_t recordBytes = 0;  // of one record that a path leaves
   uint32_t samples = 0;      // paths of sample indices below this teach; rounded down to a power of two
@@ -449,7 +452,7 @@ struct Services {
   uint32_t hasMedia;          // 0: all of space is empty, and trace() may be given no transmittance
   uint32_t mediaScatter;      // 1: trace() ends rays in media, see IntegratorTraits::scattersInMedia
   uint32_t hasTintedShadows;  // 0: lightsBeyond() finds nothing
-  uint32_t wantsUnshadowed;   // 1: light samples are to be contributed twice, see LightKind
+  uint32_t wantsUnshadowed;   // 1: light is to be contributed as if unshadowed, too, see LightKind
   // Manifold walks: spheres around what they go through (0: nothing, or no light has them), and 1 for each light that
   // has cheapCaustics.
   uint32_t walkBoundCount;
@@ -585,6 +588,9 @@ struct Services {
   // samples there, and for what is said of lights that rays from there meet. To be said before either. Only where an
   // integrator learns (IntegratorTraits::learning).
   void (*weighLights)(Group*, const Context*, const uint32_t* rows);
+  // All lights along the listed rays (after trace, before their hits are shaded), as if there were neither surfaces nor
+  // media: the other half of light samples without shadow rays. Nothing blocks.
+  void (*lightsAlong)(Group*, RayList*, uint32_t n, const uint32_t* entries, LightHits*);
   // One sample of that light for each point, which lightSamples() leave out: `part` of the `parts` that it asks for.
   // Its estimate is that of lightSamples(), over Group::besideOwnSamples, which must be set.
   void (*ownLightSamples)(Group*, const Context*, uint32_t light, uint32_t part, uint32_t parts, LightSamples*);

@@ -170,13 +170,13 @@ class PathDensities {
       of_[c.path[i]] = {x.direct(i) * share, x.isDelta<1>(i).any() || !isMet ? 0 : share, 1};
     }
   }
-  // At what camera rays hit, where light paths are connected to the camera; pdf: of their directions, by point
-  // (CameraConnection).
-  void beginAtCamera(const Context& c, const float* pdf) {
+  // At what camera rays hit, where light paths are connected to the camera.
+  void beginAtCamera(const Context& c, const CameraConnection& camera) {
     const float* through = transmittanceOfEdges(g_, sv_, c, c.wo, c.distance);
     for (uint32_t i = 0; i < c.count; ++i) {
-      const float back = pdf[i] * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)) * through[i];
-      of_[c.path[i]] = {back > 0 ? is_.lightPaths * c.distance[i] * c.distance[i] / back : 0, 0, 1};
+      const float back = camera.pdf[i] * surfaceCosine(c, i, Vec3<1>::load(c.wo, i)) * through[i];
+      const float distance = c.distance[i] + camera.begin[i];  // densities are by the lens
+      of_[c.path[i]] = {back > 0 ? is_.lightPaths * distance * distance / back : 0, 0, 1};
     }
   }
   // Behind the meeting of lights: see beginAnew().

@@ -21,6 +21,7 @@ class FoundLights {
   // Lights met by the rays of `live`; the previous vertex took lightParts light samples and bxdfParts directions.
   void collectLights(RayKind kind, uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n,
                      const uint32_t* live) {
+    if (sv_->wantsUnshadowed && kind != RayKind::Camera) collectUnshadowed(depth, lightParts, bxdfParts, n, live);
     LightHits h;
     sv_->lightHits(g_, &g_->paths, kind, n, live, &h);
     if (!h.count) return;
@@ -36,7 +37,7 @@ class FoundLights {
       const uint32_t s = h.slot[i];
       if (p_.isLeftOut(p_.flags[s], h.light[i])) continue;
       float v[3];
-      found(h, i, depth, lightParts, bxdfParts, v);
+      found(h, i, depth, lightParts, bxdfParts, afterShadows(depth, s), v);
       for (int c = 0; c < 3; ++c) value[c][m] = v[c];
       slot[m] = s;
       light[m] = h.light[i];
@@ -123,7 +124,7 @@ class FoundLights {
       tinted[i] =
           sv_->walkBoundCount && p_.flags[s] >> PathFlags::kWalkedShift == 1 && sv_->lightWalks[h.light[i]] ? 2 : 1;
       float v[3];
-      found(h, i, depth, lightParts, bxdfParts, v);
+      found(h, i, depth, lightParts, bxdfParts, afterShadows(depth, s), v);
       for (int c = 0; c < 3; ++c) value[c][i] = v[c];
     }
     const ShadowRun run{nullptr, &g_->paths, h.count};
@@ -137,8 +138,39 @@ class FoundLights {
   }
 
  private:
-  // What light `i` met by a ray brings: its share beside light samples, and the clamp.
-  void found(const LightHits& h, uint32_t i, uint32_t depth, uint32_t lightParts, uint32_t bxdfParts,
+  // Lights along directions that light samples could have had, too, whatever is in the way.
+  void collectUnshadowed(uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, uint32_t n, const uint32_t* live) {
+    uint32_t* list = p_.words(padded(n) + kPad);
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < n; ++i)
+      if (!(p_.flags[live[i]] & kFromDiscrete)) list[asked++] = live[i];
+    if (!asked) return;
+    p_.padList(asked, list);
+    LightHits h;
+    sv_->lightsAlong(g_, &g_->paths, asked, list, &h);
+    if (!h.count) return;
+    const uint32_t room = padded(h.count);
+    float* value[3] = {p_.floats(room), p_.floats(room), p_.floats(room)};
+    uint32_t *slot = p_.words(room), *light = p_.words(room), *state = p_.words(room), m = 0;
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i];
+      if (p_.isLeftOut(p_.flags[s], h.light[i])) continue;
+      float v[3];
+      found(h, i, depth, lightParts, bxdfParts, 1, v);
+      for (int c = 0; c < 3; ++c) value[c][m] = v[c];
+      slot[m] = s;
+      light[m] = h.light[i];
+      state[m++] = p_.state[s];
+    }
+    const Contributions out{m, slot, {value[0], value[1], value[2]}, state, light, LightKind::Unshadowed};
+    p_.contribute(out);
+  }
+  // What is left for directions at the last vertices: without shadows light samples have it all.
+  float afterShadows(uint32_t depth, uint32_t slot) const {
+    return depth > o_.maxIndirectBounces && !(p_.flags[slot] & kFromDiscrete) ? 1.f - o_.unshadowedEnd : 1.f;
+  }
+  // What light `i` met by a ray brings: its share beside light samples, and the clamp. factor: on the former.
+  void found(const LightHits& h, uint32_t i, uint32_t depth, uint32_t lightParts, uint32_t bxdfParts, float factor,
              float v[3]) const {
     const uint32_t s = h.slot[i];
     float w = 1;
@@ -152,8 +184,7 @@ class FoundLights {
     if (p_.share) w *= p_.share[s];
     const bool isSpecular = depth && p_.flags[s] & kFromSpecular && h.specularRadiance[0];
     const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
-    // without shadows light samples have it all
-    if (depth > o_.maxIndirectBounces && !(p_.flags[s] & kFromDiscrete)) w *= 1.f - o_.unshadowedEnd;
+    w *= factor;
     for (int c = 0; c < 3; ++c) v[c] = p_.throughput[c][s] * radiance[c][i] * w;
     p_.clampOne(depth, v);
   }

@@ -87,11 +87,7 @@ class PathLoop {
  private:
   // What was learned of lights, where they are weighed by it.
   static const guiding::State* learnedLights(const PathState<W>& p) {
-    if (!p.o.learnsLights || p.sv->lightCount <= 1) return nullptr;
-    static constexpr float kOnes[kLightClusters] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-    const auto* state = static_cast<const guiding::State*>(p.sv->learned(p.g));
-    p.g->lightWeights = state ? state->floats(state->lightWeights) : kOnes;
-    return state;
+    return p.o.learnsLights ? chooseLearnedLights(p.g, p.sv) : nullptr;
   }
 
   // Light scattered in media on the way of the rays of `live`, where it is near lights, at so many places of each; what

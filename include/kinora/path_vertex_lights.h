@@ -251,13 +251,15 @@ class VertexLights {
       for (int c = 0; c < 3; ++c) value[c][e] *= factor[c][ray[e] - first];
   }
 
-  // Light samples before their shadow rays, each without its share of the two techniques.
+  // Light samples before their shadow rays. Those of what media emit without their share of the two techniques: rays do
+  // not tell of that beyond what they hit.
   void contributeUnshadowed(const Contributions& all, const float* share) {
     Contributions out = all;
     float* value[3];
     for (int c = 0; c < 3; ++c) {
       out.value[c] = value[c] = p_.floats(padded(all.count + 1));
-      for (uint32_t i = 0; i < all.count; ++i) value[c][i] = all.value[c][i] / share[i];
+      for (uint32_t i = 0; i < all.count; ++i)
+        value[c][i] = all.light[i] == kNoLight ? all.value[c][i] / share[i] : all.value[c][i];
     }
     out.kind = LightKind::Unshadowed;
     p_.contribute(out);

@@ -133,14 +133,15 @@ class Subpaths {
     return rays;
   }
 
-  // What the surfaces of a context give off on their own, as far as no contribution has a luminance above `most`.
-  void contributeEmission(const Context& c, float most = 1e30f) const {
+  // What the surfaces of a context give off on their own, times a factor, as far as no contribution has a luminance above
+  // `most`.
+  void contributeEmission(const Context& c, float most = 1e30f, float factor = 1) const {
     if (!c.bxdf->emission) return;
     float* rgb[3] = {c.alloc<float>(c.padded), c.alloc<float>(c.padded), c.alloc<float>(c.padded)};
     uint32_t *at = c.alloc<uint32_t>(c.padded), *light = c.alloc<uint32_t>(c.padded);
     c.bxdf->emission(&c, c.closure, rgb);
     for (uint32_t i = 0; i < c.count; ++i) {
-      const Vec3<1> v = Vec3<1>::load(rgb, i) * Vec3<1>::load(throughput, c.path[i]);
+      const Vec3<1> v = Vec3<1>::load(rgb, i) * Vec3<1>::load(throughput, c.path[i]) * Float<1>(factor);
       (v * factorToLuminance(v, Float<1>(most))).store(rgb, i);
       at[i] = state[c.path[i]];
       light[i] = kNoLight;
@@ -171,24 +172,18 @@ class Subpaths {
 
   // Lights that the paths have met (after trace), each with a weight.
   void contribute(const LightHits& h, uint32_t depth, const float* weight) const {
-    float* value[3] = {floats(h.count), floats(h.count), floats(h.count)};
-    uint32_t* at = words(h.count);
     // where unshadowed light is wanted, what light samples could have found too is told apart from the rest
     for (const LightKind kind : {LightKind::Arrives, LightKind::Shadowed}) {
       if (kind == LightKind::Shadowed && !sv_->wantsUnshadowed) break;
-      for (uint32_t i = 0; i < h.count; ++i) {
-        const uint32_t s = h.slot[i], origin = g_->paths.origin[s];
+      contributeAs(kind, h, depth, weight, [&](uint32_t origin) {
         const bool isShadowed = sv_->wantsUnshadowed && !(origin & kFromDiscrete);
-        const float factor = depth == 0 ? 1.f : origin & kFromSpecular ? h.specular[i] : h.diffuse[i];
-        const float w = isShadowed == (kind == LightKind::Shadowed) ? weight[i] * factor : 0.f;
-        const bool isSpecular = depth && origin & kFromSpecular && h.specularRadiance[0];
-        const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
-        for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * radiance[k][i] * w;
-        at[i] = state[s];
-      }
-      const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, kind};
-      sv_->contribute(g_, &out);
+        return isShadowed == (kind == LightKind::Shadowed);
+      });
     }
+  }
+  // The same of lights along the rays (Services::lightsAlong), as if nothing were in the way.
+  void contributeUnshadowed(const LightHits& h, uint32_t depth, const float* weight) const {
+    contributeAs(LightKind::Unshadowed, h, depth, weight, [](uint32_t) { return true; });
   }
 
   // Nearest hits of the paths that live, which all go on living. What media let through weighs on them from shade()
@@ -378,6 +373,24 @@ class Subpaths {
  private:
   float* floats(uint32_t n) const { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); }
   uint32_t* words(uint32_t n) const { return static_cast<uint32_t*>(sv_->alloc(g_, (n + kPad) * sizeof(uint32_t))); }
+  // Of lights met, those of rays with such origins.
+  template <class IsWanted>
+  void contributeAs(LightKind kind, const LightHits& h, uint32_t depth, const float* weight,
+                    const IsWanted& isWanted) const {
+    float* value[3] = {floats(h.count), floats(h.count), floats(h.count)};
+    uint32_t* at = words(h.count);
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i], origin = g_->paths.origin[s];
+      const float factor = depth == 0 ? 1.f : origin & kFromSpecular ? h.specular[i] : h.diffuse[i];
+      const float w = isWanted(origin) ? weight[i] * factor : 0.f;
+      const bool isSpecular = depth && origin & kFromSpecular && h.specularRadiance[0];
+      const float* const* radiance = isSpecular ? h.specularRadiance : h.radiance;
+      for (int k = 0; k < 3; ++k) value[k][i] = throughput[k][s] * radiance[k][i] * w;
+      at[i] = state[s];
+    }
+    const Contributions out{h.count, h.slot, {value[0], value[1], value[2]}, at, h.light, kind};
+    sv_->contribute(g_, &out);
+  }
   // Light paths share sample indices and dimensions with the camera paths that they are connected to.
   uint32_t dimension(uint32_t depth) const {
     return dimensionAt(depth) | (traits_ & kTraitLightPath ? kOwnIndex : 0);
@@ -413,9 +426,14 @@ class Arrivals {
     runs_ = make<ShadowRun>(rays);
     for (uint32_t** x : {&ray_, &slot_, &state_, &light_}) *x = make<uint32_t>(values);
     lightOfRay_ = make<uint32_t>(rays);
+    if (group->teaches) broughtBy_ = make<float*>(rays);
   }
-  // The points that follow are this context's.
-  void of(const Context& context) { c_ = &context; }
+  // The points that follow are this context's. brought: by point, where what its rays bring is added up as the mean of
+  // the channels, no later than by send(); null: nowhere. Only where paths teach (Group::teaches).
+  void of(const Context& context, float* brought = nullptr) {
+    c_ = &context;
+    brought_ = brought;
+  }
   // Begins a ray from a point, in direction d over a distance (0: nothing shadows what comes from there); at most so
   // many values follow that come along it.
   // spread: LightSamples::spread of a light sample; 0: the vertex's own. light: of a light sample, see
@@ -433,6 +451,7 @@ class Arrivals {
     time_[rays_] = c_->time[point];
     spread_[rays_] = spread;
     lightOfRay_[rays_] = light;
+    if (broughtBy_) broughtBy_[rays_] = brought_ ? brought_ + point : nullptr;
     point_[rays_++] = point;
     if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
     runs_[runCount_ - 1].end = rays_;
@@ -459,7 +478,11 @@ class Arrivals {
     pack.put(light, lightOfRay_ + rays_);
     pack.put(Int<W>::lanes(int32_t(i)), point_ + rays_);
     alignas(64) uint32_t ray[W] = {};
-    for (uint32_t bits = on.bits(); bits; bits &= bits - 1) ray[__builtin_ctz(bits)] = rays_++;
+    for (uint32_t bits = on.bits(); bits; bits &= bits - 1) {
+      const uint32_t lane = uint32_t(__builtin_ctz(bits));
+      if (broughtBy_) broughtBy_[rays_] = brought_ ? brought_ + i + lane : nullptr;
+      ray[lane] = rays_++;
+    }
     if (!runCount_ || runs_[runCount_ - 1].context != c_) runs_[runCount_++] = {c_, nullptr, 0};
     runs_[runCount_ - 1].end = rays_;
     return Int<W>::load(ray);
@@ -491,6 +514,12 @@ class Arrivals {
                             spread_,
                             lightOfRay_};
       sv_->shadow(g_, runs_[0].context->depth, &rays);
+      for (uint32_t i = 0; broughtBy_ && i < values_; ++i) {
+        const uint32_t ray = ray_[i];
+        float sum = 0;
+        for (int k = 0; k < 3; ++k) sum += value_[k][i] * transmittance_[k][ray];
+        if (broughtBy_[ray]) *broughtBy_[ray] += sum * (1.f / 3.f);
+      }
       uint32_t n = 0;
       for (uint32_t i = 0; i < values_; i += W) {
         const Mask<W> in = Mask<W>::firstN(int(std::min<uint32_t>(values_ - i, W)));
@@ -523,6 +552,7 @@ class Arrivals {
   float *o_[3], *d_[3], *transmittance_[3], *tMax_, *time_, *spread_, *value_[3];
   uint32_t *point_, *ray_, *slot_, *state_, *light_, *lightOfRay_;
   ShadowRun* runs_;
+  float *brought_ = nullptr, **broughtBy_ = nullptr;  // of the context; by ray, null where no path teaches
   uint32_t rays_ = 0, values_ = 0, runCount_ = 0;
 };
 

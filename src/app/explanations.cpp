@@ -497,10 +497,11 @@ constexpr Explanation kRooms[] = {
     {"LIGHT-GEOMETRY",
      "A light has geometry (PxrMeshLight, AreaLightSource) of a kind, or in a state, that lights do not follow: "
      "curves "
-     "and points have no surface that light could leave, vertices do not move while the shutter is open, "
-     "displacement "
-     "and the cuts of solids are those of surfaces alone. The message says which it is and what stands in. An object "
-     "that glows by its material has all of these."},
+     "and points have no surface that light could leave, vertices do not move while the shutter is open, nor are "
+     "they "
+     "displaced where they would, and the cuts of solids are those of surfaces alone. The message says which it is "
+     "and "
+     "what stands in. An object that glows by its material has all of these."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
      "which "
@@ -575,8 +576,9 @@ constexpr Explanation kRooms[] = {
      "matrix is used, or the identity where it has none."},
     {"RENDER-INSTANCES", "Instances inside instances multiply; beyond a bound the rest is left out."},
     {"RENDER-LEARNING",
-     "An integrator of a plug-in declares that it learns (IntegratorTraits::learning), but has stages besides camera "
-     "paths, keeps records between stages, or lacks IntegratorFunctions::learn. The frame is rendered with nothing "
+     "An integrator of a plug-in declares that it learns (IntegratorTraits::learning), but has several stages of "
+     "camera "
+     "paths, or another stage behind them, or lacks IntegratorFunctions::learn. The frame is rendered with nothing "
      "learned; its bits do not depend on parts or crops either way."},
     {"RENDER-RECORDS",
      "An integrator keeps records from one stage of a pass for the next, in lists that it declares. It appended to a "

@@ -26,6 +26,8 @@ std::optional<Learning> learningOf(const Descriptor& integrator, const void* dat
   return wanted;
 }
 
+bool isOfCamera(const Stage& s) { return s.kind == StageKind::CameraPaths; }
+
 }  // namespace
 
 // The stock hider: groups of camera rays go through the integrator.
@@ -205,7 +207,8 @@ void Frame::makeLearned() {
   taughtTo_ = 0;
   const std::optional<Learning> wanted = learningOf(*in_.integrator, in_.integratorData);
   if (!wanted || hider_ != rayLoop_.get()) return;
-  learnsAsWanted_ = functions_->learn && !store_ && stages_.size() == 1 && stages_[0].kind == StageKind::CameraPaths;
+  learnsAsWanted_ =
+      functions_->learn && std::none_of(stages_.begin(), stages_.end() - 1, isOfCamera) && isOfCamera(stages_.back());
   if (!learnsAsWanted_) return;
   const CameraState& camera = in_.world->camera();
   const Services& services = workers_[0]->services();
@@ -357,11 +360,17 @@ bool Frame::learnUpTo(int sample) {
   return true;
 }
 
-// Follows the paths of a lesson; they leave nothing in the picture.
+// Follows the paths of a lesson; they leave nothing in the picture, and find nothing of earlier stages: what they teach
+// does not depend on it.
 bool Frame::teach(const Lesson& lesson) {
   constexpr int kTile = 64;
   const auto& resolution = in_.world->camera().resolution;
   const int columns = (resolution[0] + kTile - 1) / kTile, rows = (resolution[1] + kTile - 1) / kTile;
+  const auto stage = uint32_t(stages_.size() - 1);
+  if (store_) {
+    store_->beginPass();
+    store_->beginStage(stage);
+  }
   teaches_ = true;
   const bool isDone = forEachItem(uint64_t(columns) * uint64_t(rows), [&](Worker& w, uint64_t item) {
     const int left = int(item) % columns * kTile, top = int(item) / columns * kTile;
@@ -370,7 +379,7 @@ bool Frame::teach(const Lesson& lesson) {
     Groups groups(*this, item, in_.groupSize / kPathsOfBlock);
     const auto run = [&] {
       w.beginTry();
-      cameraGroup(w, n, 0);
+      cameraGroup(w, n, stage);
       keep(w, item, groups.first(), groups.last());
       n = 0;
     };

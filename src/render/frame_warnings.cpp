@@ -191,9 +191,10 @@ void warnOfRecords(const Frame& frame, const Instance& integrator, Diagnostics& 
   if (!frame.learnsAsWanted())
     diagnostics.warning("RENDER-LEARNING", {},
                         std::string(integrator.plugin()->name) +
-                            " wants to learn, but has other stages than camera paths, or no function for it",
+                            " wants to learn, but camera paths are not its last stage alone, or it has no function "
+                            "for it",
                         "it renders with nothing learned",
-                        "the plug-in has one stage and IntegratorFunctions::learn");
+                        "the plug-in has one stage of camera paths, the last, and IntegratorFunctions::learn");
 }
 
 void warnOfPaths(const Statistics& stats, Diagnostics& diagnostics) {

@@ -10,7 +10,8 @@ namespace kinora::render {
 namespace {
 
 // Lights know less of geometry than surfaces do: what of it they leave out is said.
-void warnOfWhatLightsLack(const scene::Light& l, const geometry::Mesh& mesh, Diagnostics& diagnostics) {
+void warnOfWhatLightsLack(const scene::Light& l, const geometry::Mesh& mesh, bool isDisplaced,
+                          Diagnostics& diagnostics) {
   const scene::Primitive& p = *l.geometry;
   const auto warn = [&](const char* what, const char* instead) {
     diagnostics.warning("LIGHT-GEOMETRY", p.pos,
@@ -20,21 +21,24 @@ void warnOfWhatLightsLack(const scene::Light& l, const geometry::Mesh& mesh, Dia
   if (mesh.isStrand()) return warn(", and lights of geometry have surfaces", "it is left out");
   if (mesh.times.size() > 1)
     warn(" that deforms while the shutter is open", "it keeps the shape of the middle of that time");
-  if (p.attributes && p.attributes->displacement) warn(" that is displaced", "light comes from where it was before");
+  if (!isDisplaced && p.attributes && p.attributes->displacement && p.attributes->getInt("trace:displacements", 1))
+    warn(" that is displaced", "light comes from where it was before");
   if (p.solid) warn(" that is a part of a solid", "light comes from all of it, whatever the solid leaves of it");
 }
 
 }  // namespace
 
-EmittingMesh emittingMesh(const scene::Light& l, double time, const double origin[3], bool worldMirrored,
-                          Diagnostics& diagnostics) {
+EmittingMesh emittingMesh(const scene::Light& l, const geometry::Mesh* displaced, double time, const double origin[3],
+                          bool worldMirrored, Diagnostics& diagnostics) {
   EmittingMesh out;
   geometry::DiceRate rate;  // no camera: each kind's plain rate, since a light's outline is never seen sharply
   rate.worldMirrored = worldMirrored;
   rate.maxTriangles = 200'000;
-  const std::optional<geometry::Mesh> mesh = geometry::tessellate(*l.geometry, rate, diagnostics);
+  std::optional<geometry::Mesh> plain;
+  if (!displaced) plain = geometry::tessellate(*l.geometry, rate, diagnostics);
+  const geometry::Mesh* mesh = displaced ? displaced : plain ? &*plain : nullptr;
   if (!mesh || mesh->vertexCount == 0) return out;
-  warnOfWhatLightsLack(l, *mesh, diagnostics);
+  warnOfWhatLightsLack(l, *mesh, displaced, diagnostics);
   if (mesh->isStrand()) return out;
   // between the keys around that time
   size_t after = 0;

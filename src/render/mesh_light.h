@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "geometry/mesh.h"
 #include "scene/scene.h"
 
 namespace kinora::render {
@@ -19,8 +20,9 @@ struct EmittingMesh {
 };
 
 // The geometry of a light that has one, at `time`, moved by -origin; empty where it gives no surface. What lights lack
-// (motion of vertices, displacement, the cuts of solids) is told.
-EmittingMesh emittingMesh(const scene::Light& light, double time, const double origin[3], bool worldMirrored,
-                          Diagnostics& diagnostics);
+// (motion of vertices, the cuts of solids) is told. displaced: its surface where that is known (LightSurfaces); null:
+// a displacement is told, too.
+EmittingMesh emittingMesh(const scene::Light& light, const geometry::Mesh* displaced, double time,
+                          const double origin[3], bool worldMirrored, Diagnostics& diagnostics);
 
 }  // namespace kinora::render

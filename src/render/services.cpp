@@ -177,6 +177,9 @@ struct Worker::Calls {
   static void lightsBeyond(Group* g, RayList* list, uint32_t n, const uint32_t* slots, LightHits* out) {
     of(g).state_.lightsBeyond(*list, n, slots, out);
   }
+  static void lightsAlong(Group* g, RayList* list, uint32_t n, const uint32_t* slots, LightHits* out) {
+    of(g).state_.lightsAlong(*list, n, slots, out);
+  }
   static void shadow(Group* g, uint32_t depth, const ShadowRays* rays) { of(g).state_.shadow(depth, rays); }
   static void contribute(Group* g, const Contributions* c) { of(g).contribute(c); }
   static void cover(Group* g, uint32_t n, const uint32_t* slots, const float* alpha) {
@@ -278,6 +281,7 @@ Worker::Worker(const shade::ShadingWorld& world, const CameraState& camera, cons
   s.meanTransmittance = &Calls::meanTransmittance;
   s.lightHits = &Calls::lightHits;
   s.lightsBeyond = &Calls::lightsBeyond;
+  s.lightsAlong = &Calls::lightsAlong;
   s.shadow = &Calls::shadow;
   s.contribute = &Calls::contribute;
   s.cover = &Calls::cover;
@@ -592,7 +596,7 @@ bool Worker::isHidden(uint32_t instance, uint32_t geometry) const {
 void Worker::connectCamera(const Context* c, CameraConnection* out) {
   Arena& arena = state_.arena();
   const uint32_t m = c->padded;
-  float* x[15];
+  float* x[16];
   for (float*& y : x) y = arena.make<float>(m);
   const DrawSpan draw = drawSpan(state_.world().width);
   // back to where a camera ray left the lens, or to anywhere on it
@@ -625,6 +629,11 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
   for (uint32_t i = 0; i < m; ++i) {
     const float p[3] = {x[5][i], x[6][i], x[7][i]};
     if (cut && cut[i]) x[10][i] = 0;
+    float begin = 0, end = 1;  // of the way from the lens
+    if (cut) {
+      const float way[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
+      cutRay(camera_.cuts, p, way, begin, end);
+    }
     if (c->place.instance && isHidden(c->place.instance[i], c->place.geometry[i])) x[10][i] = 0;
     float q[3];
     at(camera_.toRender, c->time[i]).point(p, q);
@@ -636,13 +645,14 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
     const float length = std::sqrt(d2), inv = length > 0 ? 1.f / length : 0.f;
     for (int k = 0; k < 3; ++k) x[12 + k][i] = d[k] * inv;
     x[0][i] = length;
+    x[15][i] = std::min(begin, 1.f) * length;
     // of paths at this time, where the pixel that will get their light is open
     if (camera_.rolling.rolls() && x[10][i] > 0) {
       const film::SplatFilter::Pixel p = splatFilter_->choose(x[8][i], x[9][i]);
       x[10][i] *= camera_.rolling.share(p.x, p.y, c->time[i]);
     }
   }
-  *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}};
+  *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}, x[15]};
 }
 
 void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,

@@ -136,6 +136,7 @@ void WorldBuilder::forgetPlugins() {
   materials_.forget();
   lights_.forget();
   displacement_.forget();
+  lightSurfaces_.forget();
   if (meshes_.forgetLevelled()) traced_.forget();
   media_.forget();
 }
@@ -220,10 +221,14 @@ bool WorldBuilder::buildCamera(const scene::Scene& scene, Statistics& statistics
   return true;
 }
 
+RenderSpace WorldBuilder::renderSpace() const {
+  return {{camera_.origin[0], camera_.origin[1], camera_.origin[2]},
+          {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize, camera_.middle(),
+           camera_.worldToCamera}};
+}
+
 void WorldBuilder::flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt) {
-  const RenderSpace space{{camera_.origin[0], camera_.origin[1], camera_.origin[2]},
-                          {camera_.worldToCamera.inverse().translation(), camera_.pixelAngle, camera_.pixelSize,
-                           camera_.middle(), camera_.worldToCamera}};
+  const RenderSpace space = renderSpace();
   if (flat_ && flat_->isOf(scene, space, emitters)) return;
   const auto boundsMedia = [&](const scene::Attributes* a) {
     return fillsSpace(a, registry_, diagnostics_) || !aggregatesInside(a, registry_, diagnostics_).empty();
@@ -385,11 +390,14 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   const std::vector<scene::Light> sources = lightsToRender(scene, registry_, diagnostics_, emitters);
   flattenScene(scene, emitters, rebuilt);
   displacement_.cache().setLimit(geometryCacheOf(scene, settings_));
-  displacement_.begin(*flat_, {scene, camera_, registry_, diagnostics_, *textures_, *volumes_, contents_, shaders_,
-                               shadersInUse_, paths, width_});
+  const Displacement::Tools moving{scene,     camera_,  registry_,     diagnostics_, *textures_, *volumes_,
+                                   contents_, shaders_, shadersInUse_, paths,        width_};
+  displacement_.begin(*flat_, moving);
   const bool isMade = meshes_.make(*flat_, camera_, displacement_, settings_.stop, diagnostics_, rebuilt);
   displacement_.end();
   if (!isMade) return false;
+  const LightSurfaces::ByLight surfaces = lightSurfaces_.make(sources, moving, renderSpace(), settings_.stop);
+  if (settings_.stop && settings_.stop->load()) return false;
 
   auto next = std::make_unique<shade::ShadingWorld>();
   next->paths = paths.get();
@@ -420,7 +428,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
               {{camera_, registry_, host(), *volumes_, diagnostics_}, contents_, settings_.stop, aggregates});
   next->lights = lights_.make(scene, sources, links, *flat_,
                               {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths,
-                               sight.ofLights, sight.areShadowsOthers},
+                               sight.ofLights, surfaces, sight.areShadowsOthers},
                               *next, rebuilt);
   count(scene, *next, statistics);
   shading_ = std::move(next);

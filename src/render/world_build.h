@@ -85,6 +85,7 @@ class WorldBuilder {
  private:
   void forgetPlugins();  // all that plug-ins made
   bool haveFilesChanged();
+  RenderSpace renderSpace() const;
   void flattenScene(const scene::Scene& scene, const std::set<uint32_t>& emitters, Rebuilt& rebuilt);
   void setScene(const scene::Scene& scene, shade::ShadingWorld& w);
   DelayedBounds boundsOfDelayed(const scene::Scene& scene, const Delayed& delayed);
@@ -111,6 +112,7 @@ class WorldBuilder {
   InteriorMedia interiors_;
   std::shared_ptr<const FlatScene> flat_;
   Displacement displacement_;
+  LightSurfaces lightSurfaces_;
   Meshes meshes_;
   Materials materials_;
   TraceStage traced_;

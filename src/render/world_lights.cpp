@@ -286,7 +286,12 @@ struct Lights::Chosen {
 
 std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const Descriptor& plugin,
                                                    const scene::Scene& scene, const Tools& tools, Rebuilt& made) {
-  const Digest digest = digestOf(l, plugin, scene, tools.camera);
+  const auto surface = tools.surfaces.find(&l);
+  const geometry::Mesh* displaced = surface == tools.surfaces.end() ? nullptr : surface->second.get();
+  Hasher own;
+  own.digest(digestOf(l, plugin, scene, tools.camera));
+  if (displaced) own.bytes(displaced->points.data(), displaced->points.size() * sizeof(displaced->points[0]));
+  const Digest digest = own.result();
   if (const auto it = now_.find(digest); it != now_.end()) return it->second;
   if (const auto it = before_.find(digest); it != before_.end()) {
     tools.contents.again(it->second->files);
@@ -297,7 +302,7 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   const Placement placement = placementOf(l.toWorld, tools.camera);
   EmittingMesh emitting;
   if (l.geometry)
-    emitting = emittingMesh(l, tools.camera.middle(), tools.camera.origin,
+    emitting = emittingMesh(l, displaced, tools.camera.middle(), tools.camera.origin,
                             tools.camera.worldToCamera.determinant() < 0, tools.diagnostics);
   const LightMesh lightMesh = emitting.mesh();
   Instance instance;

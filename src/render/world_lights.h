@@ -14,6 +14,7 @@
 #include "render/camera.h"
 #include "render/flat_scene.h"
 #include "render/light_shadows.h"
+#include "render/light_surfaces.h"
 #include "render/statistics.h"
 
 namespace kinora::render {
@@ -47,7 +48,8 @@ class Lights {
     const CameraState& camera;
     const film::LightPaths& paths;
     const ShadowSets& shadowSets;
-    bool areShadowsOthers = false;  // shadow rays and rays that find lights do not see the same objects
+    const LightSurfaces::ByLight& surfaces;  // of `sources`
+    bool areShadowsOthers = false;           // shadow rays and rays that find lights do not see the same objects
   };
   // Of the world that `world` holds by now; sets what it says of link sets. `sources`, `flat` as above.
   std::shared_ptr<const light::LightSet> make(const scene::Scene& scene, const std::vector<scene::Light>& sources,

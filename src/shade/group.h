@@ -262,6 +262,7 @@ class GroupState {
   void lightHits(const RayList& list, RayKind kind, uint32_t n, const uint32_t* entries, LightHits* out);
   void lightEnds(LightEnds* ends);
   void lightsBeyond(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
+  void lightsAlong(const RayList& list, uint32_t n, const uint32_t* entries, LightHits* out);
   void shadow(uint32_t depth, const ShadowRays* rays);
   int probe(const Context* c, const ProbeRays& rays);  // see ContextFunctions
   // From render space to that of a placed object, which is a medium, at a time of the shutter.

@@ -236,20 +236,24 @@ void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* e
     if (world_.materials->tints(world_.materialOf(rays.hits.instance[s], rays.hits.geometry[s]))) list[m++] = s;
   }
   if (!m) return;
-  const Clock clock(counters.nanoseconds[kTimeLights]);
-  // all along the ray, then without those that lightHits() has told of: in front of the hit, or casting no shadows
-  float* tHit = arena_.make<float>(rays.capacity);
-  for (uint32_t i = 0; i < m; ++i) tHit[list[i]] = INFINITY;
   for (uint32_t i = m; i < padded(m); ++i) list[i] = list[m - 1];
-  Rays from;
-  const auto l = seenFromBegin(rays, m, list, tHit, from);
-  world_.lights->hits(world_.width, arena_, false, l, out);
-  seenFromOrigin(rays, l, out);
+  lightsAlong(rays, m, list, out);
+  // without those that lightHits() has told of: in front of the hit, or casting no shadows
   keepLightHits(arena_, out, [&](uint32_t i) {
     const light::LightSet& lights = *world_.lights;
     return lights.castsShadow(out->light[i]) && !lights.doesGlassBlock(out->light[i]) &&
            out->t[i] > rays.hits.t[out->slot[i]];
   });
+}
+
+void GroupState::lightsAlong(const RayList& rays, uint32_t n, const uint32_t* entries, LightHits* out) {
+  const Clock clock(counters.nanoseconds[kTimeLights]);
+  float* tHit = arena_.make<float>(rays.capacity);
+  for (uint32_t i = 0; i < padded(n); ++i) tHit[entries[i]] = INFINITY;
+  Rays from;
+  const auto l = seenFromBegin(rays, n, entries, tHit, from);
+  world_.lights->hits(world_.width, arena_, false, l, out);
+  seenFromOrigin(rays, l, out);
 }
 
 void GroupState::findFootprints(const ShadowRays& rays, float** radius, float** spread) {

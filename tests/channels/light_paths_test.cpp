@@ -164,6 +164,21 @@ TEST(LightPathChannels, GroupsOfLightsAndSurfaces) {
   EXPECT_GT(mean(r, "rest"), 0.003);
 }
 
+// Indirect rays see nothing of a scene, and shadow rays neither.
+void hideFromLight(scene::Scene& s) {
+  for (auto& p : s.primitives) {
+    auto a = std::make_shared<scene::Attributes>(*p->attributes);
+    scene::Parameter v;
+    v.name = "visibility:transmission";
+    v.type = scene::ValueType::Int;
+    v.ints = {0};
+    a->named.set(v);
+    v.name = "visibility:indirect";
+    a->named.set(v);
+    s.setPrimitiveAttributes(p->id, a);
+  }
+}
+
 // The light that the wall blocks is the difference between a room without shadows and the room: against a scene in
 // which the wall and the ball cast none.
 TEST(LightPathChannels, UnoccludedAndBlockedLight) {
@@ -177,19 +192,7 @@ TEST(LightPathChannels, UnoccludedAndBlockedLight) {
   EXPECT_GT(mean(r, "shade"), 0.005);
   EXPECT_LT(worst(r, {"shade", "lit"}, "open"), 1e-3) << "the same samples, added in another order";
   RenderRequest none = q;
-  none.edit = [](scene::Scene& s) {
-    for (auto& p : s.primitives) {
-      auto a = std::make_shared<scene::Attributes>(*p->attributes);
-      scene::Parameter v;
-      v.name = "visibility:transmission";
-      v.type = scene::ValueType::Int;
-      v.ints = {0};
-      a->named.set(v);
-      v.name = "visibility:indirect";
-      a->named.set(v);
-      s.setPrimitiveAttributes(p->id, a);
-    }
-  };
+  none.edit = hideFromLight;
   none.channels = "Ci,lit";
   // indirect rays see nothing and shadow rays neither: what reaches a point is unshadowed, by both techniques
   testing::Moments a, b;
@@ -201,6 +204,54 @@ TEST(LightPathChannels, UnoccludedAndBlockedLight) {
     b.add(mean(y, "lit"));
   }
   EXPECT_SAME_MEAN(a, b, 0.01);
+}
+
+// Directions that a glossy floor draws find lights behind what is in the way, too: light as if unoccluded has the mean
+// and the noise of a room without shadows. (By light samples alone it has many times that noise.)
+TEST(LightPathChannels, UnoccludedLightOnGlossySurfacesIsAsQuietAsThePicture) {
+  for (const char* integrator : {"PxrPathTracer", "PxrVCM"}) {
+    SCOPED_TRACE(integrator);
+    RenderRequest q;
+    q.rib = room(channel("open", "unoccluded;CSL") + channel("lit", "CSL"));
+    const std::string floor = "Bxdf \"PxrDiffuse\" \"floor\" \"color diffuseColor\" [0.5 0.5 0.5]";
+    ASSERT_NE(q.rib.find(floor), std::string::npos);
+    q.rib.replace(q.rib.find(floor), floor.size(),
+                  "Bxdf \"PxrSurface\" \"floor\" \"float diffuseGain\" [0] \"color specularEdgeColor\" [1 1 1] "
+                  "\"int specularFresnelMode\" [1] \"color specularIor\" [3 3 3] \"int specularModelType\" [1] "
+                  "\"float specularRoughness\" [0.08]");
+    q.channels = "Ci,open,lit";
+    q.settings.samplesPerPixel = 16;
+    q.settings.integrator = integrator;
+    q.settings.sets = {{"integrator.maxIndirectBounces", "2"}, {"integrator.clampLuminance", "1e30"}};
+    if (std::string(integrator) == "PxrVCM")
+      q.settings.sets.insert(q.settings.sets.end(),
+                             {{"integrator.connectPaths", "0"}, {"integrator.mergePaths", "0"}});
+    RenderRequest none = q;
+    none.edit = hideFromLight;
+    testing::Moments means[2];
+    double noise[2] = {};
+    image::Image before[2];
+    for (uint32_t seed = 0; seed < 6; ++seed)
+      for (const int k : {0, 1}) {
+        RenderRequest& of = k ? none : q;
+        of.settings.seed = seed + 1 + 100 * uint32_t(k);
+        SceneRender r(of);
+        ASSERT_TRUE(r.ok());
+        const image::Image now = r.channel(k ? "lit" : "open");
+        means[k].add(overPixels(now).mean());
+        for (size_t i = 0; seed && i < now.pixels.size(); ++i) {
+          const double d = double(now.pixels[i]) - double(before[k].pixels[i]);
+          noise[k] += d * d;
+        }
+        before[k] = now;
+        if (!k) {
+          EXPECT_GT(overPixels(now).mean(), 1.005 * overPixels(r.channel("lit")).mean()) << "nothing is in shadow";
+        }
+      }
+    EXPECT_SAME_MEAN(means[0], means[1], 0.02);
+    EXPECT_GT(noise[1], 0);
+    EXPECT_LT(noise[0], 1.5 * noise[1]);
+  }
 }
 
 TEST(LightPathChannels, MalformedOnesAreToldAndSeen) {

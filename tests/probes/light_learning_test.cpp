@@ -1,7 +1,7 @@
-// Which lights are worth a sample, learned over epochs (PxrPathTracer, learnLights): the mean is that of the choice by
-// the light tree alone for kinds of lights, surfaces, links, filters and media, a wrong density is noticed, bits do not
-// depend on threads, widths, groups, parts or crops, and where lights are hidden it helps. Misses: by how much
-// (docs/performance.md).
+// Which lights are worth a sample, learned over epochs (PxrPathTracer and PxrVCM, learnLights): the mean is that of the
+// choice by the light tree alone for kinds of lights, surfaces, links, filters and media, a wrong density is noticed,
+// bits do not depend on threads, widths, groups, parts or crops, and where lights are hidden it helps. Misses: by how
+// much (docs/performance.md).
 #include <cmath>
 #include <string>
 
@@ -71,6 +71,39 @@ TEST(LearnedLights, KeepTheMeanUnderManyLamps) {
   expectMeanOfTheTree(room(lamps, kGrey, "", kScreen));
 }
 
+// Paths from both ends: all techniques weigh light samples by the choice as it was learned.
+Method learnedBy(Method m) {
+  m.sets.emplace_back("integrator.learnLights", "1");
+  return m;
+}
+TEST(LearnedLights, KeepTheMeanOfConnections) {
+  expectMeanOfTheTree(room(kLamps, kGrey, "", kScreen), 0.05, learnedBy(vcm(true, false, 5, 2)));
+}
+TEST(LearnedLights, KeepTheMeanOfConnectionsUnderDomeAndMesh) {
+  Method m = learnedBy(vcm(true, false, 5, 2));
+  m.sets.emplace_back("integrator.numLightSamples", "2");
+  expectMeanOfTheTree(room(std::string(kDome) + kMesh + kPoint, kGrey, kLens, kScreen), 0.05, m);
+}
+// What merging blurs it blurs either way.
+TEST(LearnedLights, KeepTheMeanOfMerges) {
+  const std::string text = room(kLamps, kGrey, "", kScreen);
+  Workshop stage;
+  const Method merges = vcm(true, true, 0.5, 2);
+  expectEqual(renderAll(stage, text, learnedBy(merges), 100), renderAll(stage, text, merges, 500), "merges", 0.05);
+}
+TEST(LearnedLights, KeepTheMeanOfBeams) {
+  const std::string fog =
+      "  AttributeBegin\n    Bxdf \"PxrVolume\" \"fog\" \"color densityColor\" [0.3 0.4 0.5]\n"
+      "    Volume \"box\" [-1.6 1.6 -0.1 2.1 -0.2 2.1] [0 0 0]\n  AttributeEnd\n";
+  const std::string text = room(std::string(kRect) + kSphere, kGrey, "", kScreen + fog);
+  Workshop stage;
+  Method beams = vcm(true, false, 5, 2);
+  beams.sets.insert(
+      beams.sets.end(),
+      {{"integrator.mergeMedia", "3"}, {"integrator.mediaRadius", "1"}, {"integrator.reduceMediaRadius", "1"}});
+  expectEqual(renderAll(stage, text, learnedBy(beams), 100), renderAll(stage, text, beams, 500), "beams", 0.1);
+}
+
 // Lights that are met by rays as if nothing had been learned.
 TEST(LearnedLights, WrongDensityIsNoticed) {
   Workshop stage{kinoraStock_WrongLights()};
@@ -87,9 +120,16 @@ TEST(LearnedLights, SameBits) {
   expectSameBits({}, room(kLamps + kDome, kGlass, std::string(kLens) + kLearned, kScreen), "");
 }
 
+TEST(LearnedLights, SameBitsWithLightPaths) {
+  const std::string learned = "Integrator \"PxrVCM\" \"i\" \"int learnLights\" [1] \"int mergeMedia\" [3]\n";
+  const std::string text = room(kLamps, kGrey, learned);
+  EXPECT_NE(stateWith(text, "learnLights", "1"), stateWith(text, "learnLights", "0")) << "lights are learned";
+  expectSameBits({}, room(kLamps + kDome, kGlass, std::string(kLens) + learned, kScreen), "");
+}
+
 TEST(LearnedLights, CropsAreWhatTheyAreInTheWhole) {
-  const std::string text = room(kLamps, kGrey, kLearned, kScreen);
-  expectCropIsPartOfWhole(text, {0.2f, 0.6f, 0.35f, 0.8f});
+  for (const char* integrator : {kLearned, "Integrator \"PxrVCM\" \"i\" \"int learnLights\" [1]\n"})
+    expectCropIsPartOfWhole(room(kLamps, kGrey, integrator, kScreen), {0.2f, 0.6f, 0.35f, 0.8f});
 }
 
 // A closed room that a sky and a sun outside cannot light.
@@ -107,20 +147,24 @@ TEST(LearnedLights, HelpWhereLightsAreHidden) {
   };
   // 24 seeds of 16 tiles tell a ratio of variances to a tenth
   EXPECT_LT(varianceWith(learned()), 0.85 * varianceWith(pathTracer(2)));
+  // light samples alone of what paths from both ends have; the wrong lights' light paths bring nothing either way
+  EXPECT_LT(varianceWith(learnedBy(vcm(false, false))), 0.85 * varianceWith(vcm(false, false)));
 }
 
 TEST(LearnedLights, OneLightOrNoneIsWhatItWas) {
   for (const std::string& lights : {std::string(kRect), std::string()}) {
-    const auto stateWith = [&](const char* learns) {
+    const auto stateWith = [&](const char* learns, const char* integrator = "") {
       Workshop stage;
       render::Settings s;
       s.threads = 1;
+      s.integrator = integrator;
       s.sets = {{"integrator.learnLights", learns}};
       auto r = stage.load(sceneOf(room(lights, kGrey, kLearned), stage.messages), s);
       EXPECT_EQ(r->renderFilm(), render::Outcome::Complete);
       return stateOf(r->film());
     };
     EXPECT_EQ(stateWith("1"), stateWith("0"));
+    EXPECT_EQ(stateWith("1", "PxrVCM"), stateWith("0", "PxrVCM"));
   }
 }
 

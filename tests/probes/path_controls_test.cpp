@@ -129,11 +129,35 @@ TEST(PathControls, ClampsDirectLight) {
   EXPECT_NEAR(meanOf(view(sun + wall), "PxrUnified", {{"directClamp", "0.3"}}).color, 0.3, 1e-4);
   EXPECT_NEAR(meanOf(view(sun + wall), "PxrUnified", {{"indirectClamp", "0.3"}}).color, plain, 1e-6);
   EXPECT_NEAR(meanOf(view(glow), "PxrUnified", {{"directClamp", "0.3"}}).color, 3, 1e-5);
+  // by each technique of light paths
+  for (const char* choice : {"1", "2", "3"}) {
+    SCOPED_TRACE(choice);
+    const auto clampedTo = [&](const char* name, const char* most) {
+      return meanOf(view(sun + wall), "PxrUnified", {{"traceLightPaths", choice}, {name, most}}).color;
+    };
+    EXPECT_LT(clampedTo("directClamp", "1e-4"), 0.05 * plain);
+    EXPECT_GT(clampedTo("indirectClamp", "1e-4"), 0.8 * plain);
+  }
+}
+// What has no effect is said of each integrator that only knows it by name.
+TEST(PathControls, SaysWhatHasNoEffect) {
+  for (const auto& [integrator, parameter] :
+       {std::pair{"PxrVCM", "photonGuiding"}, std::pair{"PxrPathTracer", "jointSampling"}}) {
+    const std::string text = std::string("Integrator \"") + integrator + "\" \"i\" \"" +
+                             (std::string(parameter) == "jointSampling" ? "int " : "float ") + parameter +
+                             "\" [1]\n" + view(square(5), 1);
+    std::string said;
+    meanOf(text, "", {}, &said);
+    EXPECT_NE(said.find("PARAM-NO-EFFECT"), std::string::npos) << said;
+    EXPECT_NE(said.find(parameter), std::string::npos) << said;
+  }
 }
 
 TEST(PathControls, ScalesWhatGlows) {
   const std::string glow = "Bxdf \"PxrConstant\" \"glow\" \"color emitColor\" [3 3 3]\n" + square(5);
-  EXPECT_NEAR(meanOf(view(glow), "PxrUnified", {{"emissionMultiplier", "0.25"}}).color, 0.75, 1e-5);
+  for (const char* choice : {"0", "1", "3"})
+    EXPECT_NEAR(meanOf(view(glow), "PxrUnified", {{"emissionMultiplier", "0.25"}, {"traceLightPaths", choice}}).color,
+                0.75, 1e-5);
   // and not what shines
   const std::string lit =
       "Light \"PxrDistantLight\" \"sun\" \"float angleExtent\" [0]\n"

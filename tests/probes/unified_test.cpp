@@ -70,12 +70,20 @@ TEST(Unified, LearnsAsThePathTracerDoes) {
     EXPECT_TRUE(film == filmOf("PxrPathTracer", same)) << wanted[0].first;
     EXPECT_FALSE(film == filmOf("PxrUnified", with({}))) << wanted[0].first << " does nothing";
     EXPECT_EQ(said, "");
-    // nothing of this is for light paths
-    Sets both = with({{"integrator.traceLightPaths", "1"}});
+    // of this only lights are learned where there are light paths
+    Sets both = with({{"integrator.traceLightPaths", "1"}, {"integrator.indirectTrainingSamples", "4"}});
     const auto plain = filmOf("PxrUnified", both);
     both.insert(both.end(), wanted.begin(), wanted.end());
-    EXPECT_TRUE(filmOf("PxrUnified", both) == plain) << wanted[0].first;
+    EXPECT_EQ(filmOf("PxrUnified", both) == plain, wanted[0].first != "integrator.learnLights") << wanted[0].first;
   }
+}
+
+TEST(Unified, LearnsLightsAsConnectionsDo) {
+  Sets unified = with({{"integrator.traceLightPaths", "1"}, {"integrator.indirectTrainingSamples", "4"}}),
+       same = with(kDefaults);
+  same.insert(same.end(), {{"integrator.mergePaths", "0"}, {"integrator.guidingSamples", "4"}});
+  for (Sets* s : {&unified, &same}) s->emplace_back("integrator.learnLights", "1");
+  EXPECT_TRUE(filmOf("PxrUnified", unified) == filmOf("PxrVCM", same));
 }
 
 TEST(Unified, PassesMergingInMediaOn) {

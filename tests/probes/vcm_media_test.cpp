@@ -108,6 +108,13 @@ TileMoments expectMergedAlike(const std::string& text, double sharpness, uint32_
   }
   return reference;
 }
+// Camera rays begin within the fog, and so do the ways of light to the camera.
+TEST(VcmMedia, EqualsPathTracerBehindANearPlane) {
+  const std::string text = room(kRect, kGrey, "Clipping 3.4 100\n",
+                                fog(kOften + "\"float densityFloat\" [0.7]", "[-1.6 1.6 -0.1 2.1 -2 2.1]"));
+  expectConnected(text, 0.07, 24);
+  expectMergedAlike(text, 0.15);
+}
 const std::string kMany = kOften + "\"color densityColor\" [0.8 1.5 3] \"color diffuseColor\" [0.9 0.9 0.7] ";
 // A weight that leaves out a factor is noticed: the share of rays that cross beams, without the angle between them. (The
 // same integrator with the right share is the second of those above.)

@@ -42,6 +42,26 @@ TEST(Vcm, ObeysVisibilityFactorsAndPixelFilter) {
   expectSamePicture(text, 0.05, 80);
 }
 
+// What stands before the near plane or beyond another hides nothing from the camera, though light falls on it; camera
+// rays begin at the plane, and the weights of both ways to make a path are by the lens.
+TEST(Vcm, ObeysClippingPlanes) {
+  const std::string text = room(std::string(kSphere) + kPoint, kGrey,
+                                std::string(kLens) + "Clipping 3.6 5\nClippingPlane 0.9 0 0  1 0 0\n", R"(
+  AttributeBegin
+    Bxdf "PxrDiffuse" "screen" "color diffuseColor" [0.9 0.2 0.1]
+    Polygon "vertex point P" [-1.2 -0.2 -1  0.6 -0.2 -1  0.6 0.9 -1  -1.2 0.9 -1]
+  AttributeEnd
+)");
+  expectSamePicture(text, 0.06);
+  // the screen would be seen, were it not cut away
+  Workshop stage;
+  std::string uncut = text;
+  uncut.replace(uncut.find("Clipping 3.6"), 12, "Clipping 0.1");
+  const double seen = renderAll(stage, text, pathTracer(1), 1, 4).at("Ci").mean(),
+               hidden = renderAll(stage, uncut, pathTracer(1), 1, 4).at("Ci").mean();
+  EXPECT_GT(std::abs(seen - hidden), 0.1 * seen);
+}
+
 // The underside of a plate, far from the camera, under which light from a wide floor gathers: connections that come to the
 // floor at low angles. Rays start off the surface by more the farther it is from the camera, and met the floor before their end.
 TEST(Vcm, ConnectsToWhatIsSeenAtLowAnglesFromAfar) {
@@ -68,6 +88,16 @@ WorldEnd
 }
 
 TEST(Vcm, SameBits) { expectSameBits({}, roomOfEverything(), "PxrVCM"); }
+// More vertices at a point than are evaluated together: which of them are summed first does not depend on the points
+// that were looked up with it.
+TEST(Vcm, SameBitsWhereManyAreMerged) {
+  const std::string spot = R"(
+    AttributeBegin
+      ConcatTransform [0.1 0 0 0  0 0 0.1 0  0 -1 0 0  -0.3 1.9 0.6 1]
+      Light "PxrRectLight" "lamp" "float intensity" [600] "float emissionFocus" [300] "string lightGroup" ["key"]
+    AttributeEnd)";
+  expectSameBits({}, room(spot, kGrey), "PxrVCM");
+}
 // What fibres are asked when a vertex is connected, they have not been asked before.
 TEST(Vcm, SameBitsOfHair) {
   expectSameBits({}, room(kRect, "Bxdf \"PxrMarschnerHair\" \"hair\" \"float diffuseGain\" [0.8]\n", kLens),

@@ -370,16 +370,44 @@ TEST(DirectLight, GeometryThatLightsDoNotFollowIsTold) {
   const std::string key =
       "MotionBegin [0 1] " + square + "Polygon \"P\" [-.5 -.5 -1  .5 -.5 -1  .5 .5 -1  -.5 .5 -1] MotionEnd\n";
   EXPECT_NEAR(radiance(key, "deforms"), ofSquare(1.5) / kPi, 0.01 * ofSquare(1.5) / kPi);
+  // both at once: of the shape in the middle of the shutter
   EXPECT_NEAR(radiance("Attribute \"displacementbound\" \"float sphere\" [1]\n"
                        "Displace \"PxrDisplace\" \"d\" \"vector dispVector\" [0 0 0.5]\n" +
-                           square,
+                           key,
                        "displaced"),
-              ofSquare(1) / kPi, 0.01 * ofSquare(1) / kPi);
+              ofSquare(1.5) / kPi, 0.01 * ofSquare(1.5) / kPi);
   for (const char* strand : {"Points \"P\" [0 0 0] \"constant float constantwidth\" [1]\n",
                              "Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 0 1 0] \"constantwidth\" [.1]\n"})
     EXPECT_EQ(radiance(strand, "surfaces"), 0);
   const double inSolid = radiance("SolidBegin \"primitive\" " + square + "SolidEnd\n", "solid");
   EXPECT_NEAR(inSolid, ofSquare(1) / kPi, 0.01 * ofSquare(1) / kPi);
+}
+
+// A square goes away from what it lights, and nothing is told.
+TEST(DirectLight, DisplacedGeometryShinesFromWhereItGoes) {
+  const auto radiance = [](const std::string& attributes, const std::string& corners) {
+    RenderRequest r;
+    r.rib = whitePlane(
+        "AttributeBegin Attribute \"visibility\" \"int camera\" [0]\n"
+        "Light \"PxrMeshLight\" \"m\" \"float intensity\" [1]\n" +
+            attributes + "Polygon \"P\" [" + corners + "]\nAttributeEnd\n",
+        unbiased(0));
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    for (const std::string& m : render.messages()) EXPECT_EQ(m.find("LIGHT-GEOMETRY"), std::string::npos) << m;
+    return overPixels(render.channel("Ci")).mean();
+  };
+  const std::string displaced =
+      "Attribute \"displacementbound\" \"float sphere\" [1]\n"
+      "Displace \"PxrDisplace\" \"d\" \"vector dispVector\" [0 0 -0.5] \"float dispScalar\" [0]\n";
+  const double q = std::sqrt(0.25 + 1.5 * 1.5), away = 2 / q * std::atan(0.5 / q) / kPi;  // of a square of side 1
+  EXPECT_NEAR(radiance(displaced, "-.5 -.5 0  .5 -.5 0  .5 .5 0  -.5 .5 0"), away, 0.01 * away);
+  EXPECT_NEAR(radiance("", "-.5 -.5 -.5  .5 -.5 -.5  .5 .5 -.5  -.5 .5 -.5"), away, 0.01 * away);
+  // surfaces that are not to be displaced are none here either
+  const double r = std::sqrt(0.25 + 1), stays = 2 / r * std::atan(0.5 / r) / kPi;
+  EXPECT_NEAR(radiance("Attribute \"trace\" \"int displacements\" [0]\n" + displaced,
+                       "-.5 -.5 0  .5 -.5 0  .5 .5 0  -.5 .5 0"),
+              stays, 0.01 * stays);
 }
 
 }  // namespace

@@ -97,6 +97,7 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
   o->rouletteThreshold = info.number(kRouletteThreshold);
   o->allowCaustics = info.integer(kAllowCaustics) != 0;
   const NamedValues values(info, kParams, std::size(kParams));
+  values.warnNoEffect();
   if (const std::string mode = values.string("sampleMode"); mode == "manual") {
     const auto number = [&](const char* name) { return uint32_t(from::within(values, from::named(kParams, name))); };
     o->byLobe = {true, number("numDiffuseSamples"), number("numSpecularSamples"), number("numRefractionSamples"),
@@ -107,7 +108,8 @@ std::unique_ptr<PathLoopOptions> make(const CreateInfo& info) {
     values.warn("PARAM-CHOICE", "sampleMode is bxdf or manual, not '" + mode + "'", "bxdf is used");
   }
   o->guides = values.number("risPathGuiding") != 0;
-  from::learning(values, from::within(values, from::kGuidingSamples), *o);
+  from::learning(values, from::within(values, from::kGuidingSamples), o->guides, *o);
+  o->lightCandidates = from::lightCandidates(values);
   o->manifold = from::manifold(values);
   o->placesInMedia = uint32_t(from::within(values, from::named(kParams, "numVolumeAggregateSamples")));
   o->refractsAlpha = values.number("accumOpacity") != 0;

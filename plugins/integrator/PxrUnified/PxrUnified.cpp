@@ -60,11 +60,8 @@ constexpr Param kParams[] = {
               "traceLightPaths 0: light paths' caustics are indirect light."),
     param::number("directClamp", 1e6f)
         .range(0, 1e30f)
-        .help("Largest luminance of one contribution of light that falls on what the camera sees; 1e30 is off. With "
-              "traceLightPaths 0."),
-    param::number("emissionMultiplier", 1.f)
-        .range(0, 100)
-        .help("Factor on what surfaces emit, but not lights. With traceLightPaths 0."),
+        .help("Largest luminance of one contribution of light that falls on what the camera sees; 1e30 is off."),
+    param::number("emissionMultiplier", 1.f).range(0, 100).help("Factor on what surfaces emit, but not lights."),
     param::integer("enableSampleTimers", 0)
         .range(0, 1)
         .help("No effect: statistics always hold the times of stages."),
@@ -163,14 +160,18 @@ struct Data {
     forward.refractsAlpha = v.integer("accumOpacity") != 0;
     forward.unshadowedEnd = from::within(v, from::named(kParams, "catchAllLights"));
     forward.clampCaustic = from::within(v, from::named(kParams, "causticClamp"));
-    forward.clampDirect = from::within(v, from::named(kParams, "directClamp"));
-    forward.emission = from::within(v, from::named(kParams, "emissionMultiplier"));
+    forward.clampDirect = both.clampDirect = from::within(v, from::named(kParams, "directClamp"));
+    forward.emission = both.emission = from::within(v, from::named(kParams, "emissionMultiplier"));
     const float farthest = from::within(v, from::named(kParams, "maxRayDistance"));
     if (farthest > 0) forward.farthest = farthest;
     forward.guides = isForward && v.integer("risPathGuiding") != 0;
     const int learned = v.integer("indirectTrainingSamples");
-    from::learning(v, learned > 0 ? float(std::min(learned, 4096)) : float(guiding::Options().samples), forward);
-    forward.learnsLights = isForward && forward.learnsLights;
+    const float lessons = learned > 0 ? float(std::min(learned, 4096)) : float(guiding::Options().samples);
+    if (isForward)
+      from::learning(v, lessons, forward.guides, forward);
+    else
+      from::learning(v, lessons, false, both);
+    forward.lightCandidates = from::lightCandidates(v);
     from::mergeMedia(v, both);
     both.kept = from::within(v, from::kKeptPaths);
     if (!both.merges) both.mergesMedia = both.beams = false;
@@ -183,8 +184,9 @@ inline uint32_t stages(const void* data, Stage* out, uint32_t capacity) {
 }
 inline uint32_t learning(const void* data, Learning* out) {
   const auto& d = *static_cast<const Data*>(data);
+  if (!d.isForward) return vcm::learning(d.both, out);
   *out = guiding::learning(d.forward.guiding);
-  return d.isForward && (d.forward.guides || d.forward.learnsLights);
+  return d.forward.guides || d.forward.learnsLights;
 }
 inline uint32_t tellsLobesApart(const void* data) {
   const auto& d = *static_cast<const Data*>(data);
@@ -210,7 +212,7 @@ struct PxrUnified {
     vcm::commit(data.both, stage, services);
   }
   static void learn(const Data& data, const LearnServices& services) {
-    guiding::learn(data.forward.guiding, services);
+    guiding::learn(data.isForward ? data.forward.guiding : data.both.guiding, services);
   }
 };
 KINORA_KERNELS_END

@@ -1,6 +1,7 @@
 // PxrVCM: bidirectional path tracing with vertex connection and merging (plugins/integrator/parts/vcm_kernel.h) with
 // the stock parameters.
 #define KINORA_KERNEL_FILE "plugins/integrator/PxrVCM/PxrVCM.cpp"
+#include <kinora/guiding_teacher.h>
 #include <kinora/integrator_author.h>
 
 #include "plugins/integrator/parts/vcm_kernel.h"
@@ -66,12 +67,20 @@ constexpr Param kParams[] = {
     param::point("photonGuidingBBoxMax", -1e30f, -1e30f, -1e30f).help("No effect: see photonGuiding."),
     pathParameters::kVolumeAggregate,
     pathParameters::kKeptPaths,
+    pathParameters::kLearnLights,
+    param::integer("guidingSamples", 64)
+        .range(1, 4096)
+        .help("With learnLights: samples a pixel that are learned from, rounded down to a power of two."),
+    param::integer("guidingRegions", 2048)
+        .range(16, 65536)
+        .help("With learnLights: regions of space that are learned of apart, at most; each takes 200 bytes."),
 };
 
 struct Data : vcm::Options {
   explicit Data(const CreateInfo& info) {
     namespace from = pathParameters;
     const NamedValues values(info, kParams, std::size(kParams));
+    values.warnNoEffect();
     bounces = from::bounces(info, kMaxBounces, kMaxPathLength, 1000);
     lightSamples = from::count(info, kLightSamples, 0, 1024);
     clampDepth = from::count(info, kClampDepth, 1, 100000);
@@ -82,6 +91,7 @@ struct Data : vcm::Options {
     reduce = from::within(values, kParams[kReduceRadius]);
     from::mergeMedia(values, *this);
     kept = from::within(values, from::kKeptPaths);
+    from::learning(values, from::within(values, from::kGuidingSamples), false, *this);
     timeRadius = from::within(values, kParams[kTimeRadius]);
     clampLuminance = from::within(values, kParams[kClampLuminance]);
     roulette = {from::rouletteDepth(info, kRouletteDepth, kRouletteThreshold, 1),
@@ -93,9 +103,12 @@ struct Data : vcm::Options {
 #endif
 
 KINORA_KERNELS_BEGIN
-struct PxrVCM : RunsVcm<pxrVcm::Data> {};
+struct PxrVCM : RunsVcm<pxrVcm::Data> {
+  static void learn(const Data& options, const LearnServices& services) { guiding::learn(options.guiding, services); }
+};
 KINORA_KERNELS_END
 
 KINORA_INTEGRATOR(PxrVCM, .help = "Bidirectional path tracing: vertex connection and merging.",
                   .params = pxrVcm::kParams, .setUp = setUp<pxrVcm::Data>, .stages = vcm::stagesOf<pxrVcm::Data>,
-                  .lists = vcm::listsOf<pxrVcm::Data>, .passSamples = 1, .scattersInMedia = scatterInMedia)
+                  .lists = vcm::listsOf<pxrVcm::Data>, .passSamples = 1, .scattersInMedia = scatterInMedia,
+                  .learning = vcm::learningOf<pxrVcm::Data>)

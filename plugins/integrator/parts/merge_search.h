@@ -43,19 +43,31 @@ class MergeSearch {
           from[k] = MergeIndex::cellOf(P[k] - radius, level);
           to[k] = MergeIndex::cellOf(P[k] + radius, level);
         }
-        // along an axis, from the place to a cell, squared
-        const auto away = [&](int axis, int64_t cell) {
+        // along an axis, from the place to a cell, squared; cells of a line are asked of again for each other line
+        const auto distance = [&](int axis, int64_t cell) {
           const double below = double(cell) * size - double(P[axis]),
                        d = std::max(std::max(below, -below - size), 0.0);
           return d * d;
+        };
+        constexpr int64_t kKnown = 4;
+        double known[3][kKnown];
+        for (int k = 0; k < 3; ++k)
+          for (int64_t i = 0; i < kKnown && i <= to[k] - from[k]; ++i) known[k][i] = distance(k, from[k] + i);
+        const auto away = [&](int axis, int64_t cell) {
+          const int64_t i = cell - from[axis];
+          return i < kKnown ? known[axis][i] : distance(axis, cell);
         };
         for (int64_t z = from[2]; z <= to[2]; ++z) {
           const typename MergeIndex::Cell::Slab slab(level, z);
           const double far = away(2, z);
           for (int64_t y = from[1]; y <= to[1]; ++y) {
-            if (far + away(1, y) > farthest) continue;
-            for (int64_t x = from[0], last; x <= to[0]; x = last + 1) {
-              last = std::min(to[0], x | 3);  // of this block
+            const double rest = farthest - far - away(1, y);
+            if (rest < 0) continue;
+            int64_t first = from[0], end = to[0];
+            while (first < end && away(0, first) > rest) ++first;
+            while (first < end && away(0, end) > rest) --end;
+            for (int64_t x = first, last; x <= end; x = last + 1) {
+              last = std::min(end, x | 3);  // of this block
               add(q, MergeIndex::Cell::of(slab, y, x), uint32_t(last - x));
             }
           }

@@ -117,7 +117,7 @@ inline constexpr Param kLearnLights =
         .options("0 off, 1 on")
         .help(
             "Learn over the first samples which lights are worth a sample, region by region: for rooms where many "
-            "lights are hidden from many places. For camera paths alone.");
+            "lights are hidden from many places.");
 inline constexpr Param kNumLightCandidates =
     param::integer("numLightCandidates", 1)
         .range(1, 16)
@@ -189,14 +189,15 @@ inline uint32_t bounces(const CreateInfo& info, uint32_t maxIndirectBounces, uin
   const bool isOld = length > 0 && !info.values[maxIndirectBounces].given;
   return uint32_t(std::clamp(isOld ? length - 1 : info.integer(maxIndirectBounces), 0, most));
 }
-// What camera paths learn: directions where o.guides is set, and lights, over `samples`.
-inline void learning(const NamedValues& values, float samples, PathLoopOptions& o) {
+// What camera paths learn over `samples`: directions where they are guided, and lights.
+template <class Options>
+void learning(const NamedValues& values, float samples, bool guides, Options& o) {
   o.learnsLights = within(values, kLearnLights) != 0;
-  o.lightCandidates = uint32_t(within(values, kNumLightCandidates));
-  o.guiding = guiding::optionsFor(o.guides, o.learnsLights);
+  o.guiding = guiding::optionsFor(guides, o.learnsLights);
   o.guiding.samples = uint32_t(samples);
   o.guiding.regions = uint32_t(within(values, kGuidingRegions));
 }
+inline uint32_t lightCandidates(const NamedValues& values) { return uint32_t(within(values, kNumLightCandidates)); }
 
 inline ManifoldOptions manifold(const NamedValues& values) {
   ManifoldOptions o;

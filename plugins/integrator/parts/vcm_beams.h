@@ -5,6 +5,7 @@
 // transmittance needs no closed form, and all techniques have that of both edges in their densities. Included per
 // target by vcm_kernel.h.
 #include <kinora/clamp_luminance.h>
+#include <kinora/guiding.h>
 #include <kinora/subpaths.h>
 
 #include "plugins/integrator/parts/vcm_neighbourhoods.h"
@@ -35,10 +36,17 @@ struct VcmShares {
 template <int W, class Shares>
 class Beams {
  public:
-  // lightPaths: PathTechniques::lightPaths.
+  // lightPaths: PathTechniques::lightPaths. learned: what points choose lights by, where Group::lightWeights is set.
   Beams(Group* group, const Services* services, const vcm::Options& options, const Neighbourhoods<W>& near,
-        const Subpaths<W>& paths, const PathDensities& sums, float lightPaths)
-      : g_(group), sv_(services), o_(options), near_(near), paths_(paths), sums_(sums), lightPaths_(lightPaths) {
+        const Subpaths<W>& paths, const PathDensities& sums, float lightPaths, const guiding::State* learned)
+      : g_(group),
+        sv_(services),
+        o_(options),
+        near_(near),
+        paths_(paths),
+        sums_(sums),
+        lightPaths_(lightPaths),
+        learned_(learned) {
     if (!o_.beams || !sv_->mediaScatter) return;
     g_->paths.wantsWays = 1;
     if (g_->stage == StageKind::LightPaths) return;
@@ -50,6 +58,7 @@ class Beams {
     }
     reach_ = make<float>(g_->padded);
     cameraPdf_ = make<float>(g_->padded);
+    cameraBegin_ = make<float>(g_->padded);
     std::fill_n(reach_, g_->padded, HUGE_VALF);
     crossing_ = make<Crossing>(2 * kTogether);
     for (float*& x : value_) x = make<float>(kRoom);
@@ -239,7 +248,10 @@ class Beams {
         *sv_->pointsInSpace(g_, &g_->paths, kTraitEyePath | kTraitPrimaryHit, 0, paths_.count, paths_.live, t);
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
-    for (uint32_t i = 0; i < c.count; ++i) cameraPdf_[c.path[i]] = camera.pdf[i];
+    for (uint32_t i = 0; i < c.count; ++i) {
+      cameraPdf_[c.path[i]] = camera.pdf[i];
+      cameraBegin_[c.path[i]] = camera.begin[i];
+    }
   }
 
   void sendCrossings(uint32_t depth) {
@@ -299,6 +311,7 @@ class Beams {
       first[i] = x.beam->isPoint() || x.beam->verticesBefore ? kNoLight : x.beam->light;
     }
     const EvaluateArgs e = evaluateBxdf(c, wi);
+    if (g_->lightWeights) weighLights<W>(g_, sv_, learned_, c);
     const LightDensities light(g_, sv_, c, wi, s, first);
     const LightSide side{transmittanceOfEdges(g_, sv_, c, wi, s), &light, o_.connects};
     const float* through = transmittanceOfEdges(g_, sv_, c, c.wo, c.distance);
@@ -332,7 +345,10 @@ class Beams {
     }
   }
   PathSums cameraSums(uint32_t slot, uint32_t depth, float t, float through) const {
-    if (!depth) return {cameraPdf_[slot] > 0 ? lightPaths_ * t * t / (cameraPdf_[slot] * through) : 0.f, 0, 1};
+    if (!depth) {
+      const float distance = t + cameraBegin_[slot];
+      return {cameraPdf_[slot] > 0 ? lightPaths_ * distance * distance / (cameraPdf_[slot] * through) : 0.f, 0, 1};
+    }
     const PathSums& x = sums_[slot];
     return {x.last * t * t / through, x.before, o_.connects ? 1.f : 0.f};
   }
@@ -389,7 +405,8 @@ class Beams {
   void put(V v, uint32_t slot, uint32_t depth, uint32_t event, const Beam& b) {
     v = v * Float<1>(b.factorOf(event));
     if (!(maxComponent(v).lane0() > 0)) return;
-    if (depth + b.verticesBefore + 2 > o_.clampDepth) v = v * factorToLuminance(v, Float<1>(o_.clampLuminance));
+    if (const float most = o_.mostAt(depth + b.verticesBefore + 1); most < 1e30f)
+      v = v * factorToLuminance(v, Float<1>(most));
     if (count_ == kRoom) send();
     v.store(value_, count_);
     slot_[count_] = slot;
@@ -410,9 +427,11 @@ class Beams {
   const Subpaths<W>& paths_;
   const PathDensities& sums_;
   float lightPaths_;
+  const guiding::State* learned_;
   const BeamIndex* index_ = nullptr;  // null: there are no beams
-  // By slot: how far camera rays go before lights that they see, and with which density the camera makes them.
-  float *reach_ = nullptr, *cameraPdf_ = nullptr;
+  // By slot: how far camera rays go before lights that they see, with which density the camera makes them, and how far
+  // from the lens they begin (CameraConnection).
+  float *reach_ = nullptr, *cameraPdf_ = nullptr, *cameraBegin_ = nullptr;
   Crossing* crossing_ = nullptr;
   uint32_t crossingCount_ = 0;
   float* value_[3] = {};

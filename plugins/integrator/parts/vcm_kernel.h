@@ -13,6 +13,7 @@
 
 #include "plugins/integrator/parts/vcm_connections.h"
 
+#include <kinora/guiding.h>
 #include <kinora/subpaths_below.h>
 
 #if defined(KINORA_VCM_KERNEL_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -39,12 +40,13 @@ class Vcm {
                kTraitSubsurface | (options.hasLightPaths() ? kTraitBothEnds : 0u) |
                    (group->stage == StageKind::LightPaths ? kTraitLightPath : kTraitEyePath),
                group->stage == StageKind::LightPaths ? options.rouletteOfLight : options.roulette),
+        learned_(options.learnsLights ? chooseLearnedLights(group, services) : nullptr),
         connectsCamera_(options.connects && !services->wantsUnshadowed),
         sums_(group, services, {options.connects, connectsCamera_ ? lightPaths_ : 0}),
         arrivals_(group, services, group->stage == StageKind::LightPaths ? 0 : 4096,
                   group->stage == StageKind::LightPaths ? 0 : 16384),
         near_(group, services, options, lightPaths_),
-        beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0),
+        beams_(group, services, options, near_, paths_, sums_, connectsCamera_ ? lightPaths_ : 0, learned_),
         readsEvents_(readsEvents(services->paths)),
         connections_(group, services, options, paths_, sums_, arrivals_, readsEvents_) {}
 
@@ -77,6 +79,7 @@ class Vcm {
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
         if (depth && c.traits & kTraitScattersOnce) continue;  // sees lights alone
+        if (!depth) weigh(c);                                  // light samples there are another technique
         depth ? sums_.arrive(c) : sums_.begin(g_, sv_, c, paths_.light);
         const Near near = near_.of(c);
         beams_.keepPoints(c);
@@ -103,15 +106,16 @@ class Vcm {
       meetLights(depth);
       sums_.endLit(paths_.count, paths_.live);
       if (depth <= o_.bounces) beams_.alongRays(depth);
-      paths_.contributeGlow(depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
+      paths_.contributeGlow(o_.mostAt(depth));
       if (depth > o_.bounces) return;
       const uint32_t count = paths_.shade(depth, &contexts);
       Near* nears = make<Near>(count);
       for (uint32_t k = 0; k < count; ++k) {
         const Context& c = *contexts[k];
+        weigh(c);
         arrive(c, depth);
         const Near& near = nears[k] = near_.of(c);
-        paths_.contributeEmission(c, depth < o_.clampDepth ? 1e30f : o_.clampLuminance);
+        paths_.contributeEmission(c, o_.mostAt(depth), o_.emission);
         if (c.traits & kTraitInSpace ? o_.mergesMedia : o_.merges) merge(c, near);
         beams_.atPoints(c, near);
       }
@@ -136,6 +140,7 @@ class Vcm {
             [&](const Emerged& out) {
               Near* nears = make<Near>(out.count);
               for (uint32_t k = 0; k < out.count; ++k) {
+                weigh(*out.contexts[k]);
                 nears[k] = near_.of(*out.contexts[k]);
                 if (o_.merges) merge(*out.contexts[k], nears[k]);
               }
@@ -145,6 +150,16 @@ class Vcm {
                 leave(*out.contexts[k], paths_.scatter(*out.contexts[k], depth, lightParts), nears[k]);
             },
             [&](const ScatterOnce<W>& once) { sampleLightsWithin(once, lightParts); });
+  }
+
+  // By what was learned where its points are they choose lights; densities of that choice are the same from now on.
+  void weigh(const Context& c) {
+    if (g_->lightWeights) weighLights<W>(g_, sv_, learned_, c);
+  }
+  // Lessons of so many light samples; null: none is wanted. They teach by end(), when the arrivals have been sent.
+  LightLessons<W>* lessonsOf(uint32_t samples) const {
+    if (!g_->lightWeights || !g_->teaches) return nullptr;
+    return new (sv_->alloc(g_, sizeof(LightLessons<W>))) LightLessons<W>(g_, sv_, samples);
   }
 
   void leave(const Context& c, const GenerateArgs& a, const Near& near) {
@@ -159,10 +174,12 @@ class Vcm {
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
     const EvaluateArgs e = evaluateBxdf(c, camera.wi);
-    // rays come from the lens, so that they see what camera rays see
+    // Rays come from where those of the camera begin, so that they see what these see.
+    float* reach = c.alloc<float>(c.padded + kPad);
+    for (uint32_t i = 0; i < c.padded; ++i) reach[i] = std::max(camera.distance[i] - camera.begin[i], 0.f);
     RayList& rays = *sv_->makeRays(g_, c.count);
     rays.passesMedia = 1;
-    const float* through = transmittanceOfEdges(g_, sv_, c, camera.wi, camera.distance);
+    const float* through = transmittanceOfEdges(g_, sv_, c, camera.wi, reach);
     float *T[3], *value[3], *raster[2], *share = c.alloc<float>(c.padded);
     for (float*& x : T) x = c.alloc<float>(c.padded + kPad);
     for (float*& x : value) x = c.alloc<float>(c.padded * c.slotCount + kPad);
@@ -179,9 +196,10 @@ class Vcm {
           othersOfSplat(sums, distance, camera.pdf[i], lightPaths_, surfaceCosine(c, i, wi), e.pdfReverse[i],
                         Neighbourhoods<W>::mergesOf(near, c, i, wi).lane0(), through[i]);
       share[n] = adjointFactor(c, i, wi).lane0() * camera.importance[i] / (distance * distance * (1 + others));
-      fma(wi, Float<1>(distance), P).store(rays.rays.o, n);
+      const float far = std::max(reach[i], 1e-18f);
+      fma(wi, Float<1>(far), P).store(rays.rays.o, n);
       (-wi).store(rays.rays.d, n);
-      rays.rays.tMax[n] = distance * 0.99999f - 2 * c.bias[i];
+      rays.rays.tMax[n] = far * 0.99999f - 2 * c.bias[i];
       rays.rays.time[n] = c.time[i];
       rays.rays.radius[n] = rays.rays.spread[n] = 0;
       rays.sampleSeed[n] = c.sampleSeed[i];
@@ -227,16 +245,17 @@ class Vcm {
     if (depth || !connectsCamera_) return sums_.arrive(c);
     CameraConnection camera;
     sv_->connectCamera(g_, &c, &camera);
-    sums_.beginAtCamera(c, camera.pdf);
+    sums_.beginAtCamera(c, camera);
   }
 
   // length: edges of the path, one more than its bounces.
   V clamped(uint32_t length, V v) const {
-    if (length <= o_.clampDepth) return v;
-    return v * factorToLuminance(v, Float<1>(o_.clampLuminance));
+    const float most = o_.mostAt(length - 1);
+    return most < 1e30f ? v * factorToLuminance(v, Float<1>(most)) : v;
   }
 
   void meetLights(uint32_t depth) {
+    if (depth && sv_->wantsUnshadowed) passLights(depth);
     LightHits h;
     sv_->lightHits(g_, &g_->paths, depth ? RayKind::Indirect : RayKind::Camera, paths_.count, paths_.live, &h);
     if (!h.count) return;
@@ -250,22 +269,43 @@ class Vcm {
         weight[i] = 1 / (1 + othersOfHit(sums_[s], o_.samplesLight(depth - 1) ? h.pdf[i] : 0, light, i, through[i]));
       }
     }
-    if (depth >= o_.clampDepth)
-      for (uint32_t i = 0; i < h.count; ++i) {
-        const uint32_t s = h.slot[i];
-        const float w = weight[i] * (depth == 0                            ? 1.f
-                                     : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
-                                                                           : h.diffuse[i]);
-        const bool isSpecular = depth && g_->paths.origin[s] & kFromSpecular && h.specularRadiance[0];
-        const V v =
-            V::load(paths_.throughput, s) * V::load(isSpecular ? h.specularRadiance : h.radiance, i) * Float<1>(w);
-        const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
-        if (before > 0) weight[i] *= after / before;
-      }
+    clampHits(h, depth, weight);
     paths_.contribute(h, depth, weight);
     if (depth) return;
     coverByLights(h);
     beams_.endAt(h);
+  }
+  void clampHits(const LightHits& h, uint32_t depth, float* weight) const {
+    if (!(o_.mostAt(depth) < 1e30f)) return;
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const uint32_t s = h.slot[i];
+      const float w = weight[i] * (depth == 0                            ? 1.f
+                                   : g_->paths.origin[s] & kFromSpecular ? h.specular[i]
+                                                                         : h.diffuse[i]);
+      const bool isSpecular = depth && g_->paths.origin[s] & kFromSpecular && h.specularRadiance[0];
+      const V v =
+          V::load(paths_.throughput, s) * V::load(isSpecular ? h.specularRadiance : h.radiance, i) * Float<1>(w);
+      const float before = maxComponent(v).lane0(), after = maxComponent(clamped(depth + 1, v)).lane0();
+      if (before > 0) weight[i] *= after / before;
+    }
+  }
+  // Lights along rays as if nothing were in the way, beside light samples alone.
+  void passLights(uint32_t depth) {
+    uint32_t *list = make<uint32_t>(padded(paths_.count)), n = 0;
+    for (uint32_t i = 0; i < paths_.count; ++i)
+      if (!(g_->paths.origin[paths_.live[i]] & kFromDiscrete)) list[n++] = paths_.live[i];
+    if (!n) return;
+    std::fill(list + n, list + padded(n), list[n - 1]);
+    LightHits h;
+    sv_->lightsAlong(g_, &g_->paths, n, list, &h);
+    if (!h.count) return;
+    float* weight = make<float>(h.count);
+    for (uint32_t i = 0; i < h.count; ++i) {
+      const float bySamples = o_.samplesLight(depth - 1) ? h.pdf[i] * sums_[h.slot[i]].last : 0.f;
+      weight[i] = 1 / (1 + bySamples);
+    }
+    clampHits(h, depth, weight);
+    paths_.contributeUnshadowed(h, depth, weight);
   }
   // transmittanceOfEdges() to lights met.
   const float* transmittanceTo(const LightHits& h) const {
@@ -299,19 +339,24 @@ class Vcm {
 
   void sampleLights(uint32_t count, Context* const* contexts, const Near* nears, uint32_t parts) {
     if (!sv_->lightCount || !parts) return;
-    for (uint32_t k = 0; k < count; ++k) {
-      arrivals_.of(*contexts[k]);
-      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], nears[k], part, parts);
-    }
+    uint32_t points = 0;
+    for (uint32_t k = 0; k < count; ++k) points += contexts[k]->count;
+    LightLessons<W>* lessons = lessonsOf(points * parts);
+    for (uint32_t k = 0; k < count; ++k)
+      for (uint32_t part = 0; part < parts; ++part) sampleLights(*contexts[k], nears[k], part, parts, lessons);
     arrivals_.send();
+    if (lessons) lessons->end();
   }
-  void sampleLights(const Context& c, const Near& near, uint32_t part, uint32_t parts) {
+  void sampleLights(const Context& c, const Near& near, uint32_t part, uint32_t parts, LightLessons<W>* lessons) {
     LightSamples ls;
     sv_->lightSamples(g_, &c, part, parts, &ls);
+    if (lessons) lessons->add(c, ls, paths_.throughput, parts);
+    arrivals_.of(c, lessons ? lessons->brought() : nullptr);
     const LightDensities light(g_, sv_, c, ls.wi, ls.t, ls.light);
     const EvaluateArgs e = evaluateBxdf(c, ls.wi);
     const float* through = transmittanceOfEdges(g_, sv_, c, ls.wi, ls.t);
     const bool isFollowed = !(c.traits & kTraitScattersOnce);
+    const float most = o_.mostAt(c.depth + 1);
     Unshadowed open(c, sv_->wantsUnshadowed);
     for (uint32_t i = 0; i < c.count; i += W) {
       const F pdf = F::load(ls.pdf + i), scattered = F::load(e.pdf + i);
@@ -332,15 +377,21 @@ class Vcm {
       if (ls.specularRadiance[0])
         glossy = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.specularRadiance, i) *
                  (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
+      // As if nothing were in the way there are rays that meet lights beside it, and no more; and nothing beside samples
+      // of what media emit.
+      F alone = F(1.f) + others;
+      if (sv_->wantsUnshadowed)
+        alone = alone / (F(1.f) + zeroUnless((Int<W>::load(ls.light + i) != Int<W>(kNoLight)) & !light.isDelta<W>(i),
+                                             found / light.direct<W>(i)));
       const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount,
                                         ls.spread ? F::load(ls.spread + i) : F(0.f), Int<W>::load(ls.light + i));
       for (uint32_t l = 0; l < c.slotCount; ++l) {
         const F factor = F::load((c.eventOfSlot[l] & 1 ? ls.specular : ls.diffuse) + i);
         Vec3<W> v = (c.eventOfSlot[l] & 1 ? glossy : arriving) * Vec3<W>::load(e.weight[l], i) * factor;
-        if (c.depth + 2 > o_.clampDepth) v = v * factorToLuminance(v, F(o_.clampLuminance));
+        if (most < 1e30f) v = v * factorToLuminance(v, F(most));
         const Int<W> state = paths_.stateAfter(s, c.eventOfSlot[l]), from = Int<W>::load(ls.light + i);
         arrivals_.add(on, v, ray, s.s, state, from);
-        if (sv_->wantsUnshadowed) open.add(on, v * (F(1.f) + others), s.s, state, from);
+        if (sv_->wantsUnshadowed) open.add(on, v * alone, s.s, state, from);
       }
     }
     open.send(g_, sv_);
@@ -349,11 +400,14 @@ class Vcm {
   void sampleLightsWithin(const ScatterOnce<W>& once, uint32_t parts) {
     if (!sv_->lightCount || !parts) return;
     const Context& c = once.context();
-    arrivals_.of(c);
+    weigh(c);
+    LightLessons<W>* lessons = lessonsOf(c.count * parts);
     for (uint32_t part = 0; part < parts; ++part) {
       Unshadowed open(c, sv_->wantsUnshadowed);
       LightSamples ls;
       sv_->lightSamples(g_, &c, part, parts, &ls);
+      if (lessons) lessons->add(c, ls, paths_.throughput, parts);
+      arrivals_.of(c, lessons ? lessons->brought() : nullptr);
       const EvaluateArgs e = evaluateBxdf(c, ls.wi);
       float *o[3], *factor[3], *tMax = make<float>(c.padded);
       uint32_t* point = make<uint32_t>(c.padded);
@@ -385,8 +439,9 @@ class Vcm {
       open.send(g_, sv_);
     }
     arrivals_.send();
+    if (lessons) lessons->end();
   }
-  // Light samples before their shadow rays, each as if nothing else could find them.
+  // Light samples before their shadow rays.
   struct Unshadowed {
     float* value[3];
     uint32_t *slot, *state, *light, count = 0;
@@ -461,6 +516,7 @@ class Vcm {
   const vcm::Options& o_;
   float lightPaths_;
   Subpaths<W> paths_;
+  const guiding::State* learned_;
   bool
       connectsCamera_;  // not where unshadowed light is wanted: splats do not know what would have been without shadows
   PathDensities sums_;

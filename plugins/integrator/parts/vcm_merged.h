@@ -42,27 +42,27 @@ class Merged {
         all_(static_cast<const vcm::Stored*>(services->stored(group, 0).records)),
         e_{} {
     for (int k = 0; k < 3; ++k) {
-      e_.wi[k] = wi_[k] = c.alloc<float>(kMostMerged);
+      e_.wi[k] = wi_[k] = c.alloc<float>(kMostHeld);
       brought_[k] = c.alloc<float>(kMostMerged);
-      throughput_[k] = c.alloc<float>(kMostMerged);
+      throughput_[k] = c.alloc<float>(kMostHeld);
       value_[k] = c.alloc<float>(kRoom);
     }
     for (uint32_t l = 0; l < c.slotCount; ++l)
       for (float*& w : e_.weight[l]) w = c.alloc<float>(kMostMerged);
     e_.pdf = c.alloc<float>(kMostMerged);
     e_.pdfReverse = c.alloc<float>(kMostMerged);
-    last_ = c.alloc<float>(kMostMerged);
-    before_ = c.alloc<float>(kMostMerged);
+    last_ = c.alloc<float>(kMostHeld);
+    before_ = c.alloc<float>(kMostHeld);
     share_ = c.alloc<float>(kMostMerged);
     // lanes behind the last vertex hold what was there, at first this
     for (int k = 0; k < 3; ++k) {
-      std::fill_n(wi_[k], kMostMerged, k == 2 ? 1.f : 0.f);
-      std::fill_n(throughput_[k], kMostMerged, 0.f);
+      std::fill_n(wi_[k], kMostHeld, k == 2 ? 1.f : 0.f);
+      std::fill_n(throughput_[k], kMostHeld, 0.f);
     }
-    std::fill_n(last_, kMostMerged, 0.f);
-    std::fill_n(before_, kMostMerged, 0.f);
-    for (uint32_t** x : {&entry_, &lightOf_, &length_}) *x = c.alloc<uint32_t>(kMostMerged);
-    std::fill_n(length_, kMostMerged, 0u);
+    std::fill_n(last_, kMostHeld, 0.f);
+    std::fill_n(before_, kMostHeld, 0.f);
+    for (uint32_t** x : {&entry_, &lightOf_, &length_}) *x = c.alloc<uint32_t>(kMostHeld);
+    std::fill_n(length_, kMostHeld, 0u);
     for (uint32_t** x : {&slot_, &state_, &light_}) *x = c.alloc<uint32_t>(kRoom);
   }
   // The point that follows, of the context of which `near` is told; the others are its camera path's.
@@ -75,10 +75,11 @@ class Merged {
     from_ = state;
   }
   // Those of some entries, at most MergeIndex::kTogether, that the point may be merged with. medium: that it lies in.
+  // Which are evaluated together, and summed, follows from the order of all of the point's alone: how many come in a call
+  // depends on the points that were looked up with it.
   void add(const uint32_t* entries, uint32_t n, uint32_t medium) {
     using F = Float<W>;
     using I = Int<W>;
-    if (count_ + kTogether > kMostMerged) evaluate();
     const F time(c_.time[point_]), most(o_.timeRadius);
     // vertices before it: so many at the most
     const int32_t longest = c_.traits & kTraitScattersOnce ? 0 : int32_t(o_.bounces) - int32_t(c_.depth);
@@ -111,11 +112,24 @@ class Merged {
       pack.put(I::load(entry), entry_ + count_);
       count_ += uint32_t(pack.count);
     }
+    if (count_ < kMostMerged) return;
+    const uint32_t left = count_ - kMostMerged;
+    count_ = kMostMerged;
+    evaluate();
+    for (int k = 0; k < 3; ++k) {
+      std::copy_n(wi_[k] + kMostMerged, left, wi_[k]);
+      std::copy_n(throughput_[k] + kMostMerged, left, throughput_[k]);
+    }
+    for (float* x : {last_, before_}) std::copy_n(x + kMostMerged, left, x);
+    for (uint32_t* x : {entry_, lightOf_, length_}) std::copy_n(x + kMostMerged, left, x);
+    count_ = left;
   }
   void evaluate() {
     using F = Float<W>;
     using I = Int<W>;
     if (!count_) return;
+    if (n_ + count_ * c_.slotCount > kRoom) send();
+    firstTogether_ = n_;
     c_.bxdf->evaluateAt(&c_, c_.closure, point_, count_, &e_);
     const Vec3<W> Ng(F(c_.Ng[0][point_]), F(c_.Ng[1][point_]), F(c_.Ng[2][point_]));
     Vec3<W> fiber(0.f);
@@ -141,7 +155,7 @@ class Merged {
       zeroUnless(pdf > F(0.f), F(1.f) / (F(count) * (F(1.f) + others) * cosine)).store(share_ + i);
     }
     const uint32_t s = c_.path[point_];
-    const bool clamps = o_.clampLuminance < 1e30f;
+    const bool clamps = std::min(o_.clampLuminance, o_.clampDirect) < 1e30f;
     // the light's own factors, where any has them, and one sum where the rest of a path does not matter
     uint32_t differs = 0, factors = 0;
     for (uint32_t i = 0; i < count_; ++i) {
@@ -165,8 +179,8 @@ class Merged {
         }
         if (clamps) {
           const I before = I::load(length_ + i) & I(~vcm::Photon::kHasFactors);
-          x = select(I(int32_t(o_.clampDepth) - int32_t(c_.depth) - 2) < before,
-                     x * factorToLuminance(x, F(o_.clampLuminance)), x);
+          const Mask<W> isDeep = I(int32_t(o_.clampDepth) - int32_t(c_.depth) - 2) < before;
+          x = x * factorToLuminance(x, select(isDeep, F(o_.clampLuminance), F(o_.clampDirect)));
         }
         x = zeroUnless((maxComponent(x) > F(0.f)) & Mask<W>::firstN(int(std::min<uint32_t>(count_ - i, W))), x);
         if (isOne) {
@@ -199,17 +213,19 @@ class Merged {
  private:
   static constexpr uint32_t kMostMerged = 64;  // evaluated together
   static constexpr uint32_t kTogether = vcm::MergeIndex::kTogether;
+  static constexpr uint32_t kMostHeld = kMostMerged + kTogether;
   static constexpr uint32_t kRoom = 4096;
+  static_assert(kMostMerged * kMaxSlots <= kRoom);
   void put(float r, float g, float b, uint32_t slot, uint32_t state, uint32_t light) {
     if (!(std::max(r, std::max(g, b)) > 0)) return;
-    const bool isLast = n_ && slot_[n_ - 1] == slot && state_[n_ - 1] == state && light_[n_ - 1] == light;
+    const bool isLast =
+        n_ > firstTogether_ && slot_[n_ - 1] == slot && state_[n_ - 1] == state && light_[n_ - 1] == light;
     if (isLast) {
       value_[0][n_ - 1] += r;
       value_[1][n_ - 1] += g;
       value_[2][n_ - 1] += b;
       return;
     }
-    if (n_ == kRoom) send();
     value_[0][n_] = r;
     value_[1][n_] = g;
     value_[2][n_] = b;
@@ -232,6 +248,7 @@ class Merged {
   const typename Neighbourhoods<W>::Of* near_ = nullptr;
   uint32_t *entry_, *lightOf_, *length_, *slot_, *state_, *light_;
   uint32_t point_ = 0, count_ = 0, n_ = 0;
+  uint32_t firstTogether_ = 0;  // of what was evaluated last: nothing else is added to it before it is sent
 };
 
 }  // namespace HWY_NAMESPACE

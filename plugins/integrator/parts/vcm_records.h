@@ -1,6 +1,8 @@
 // What connection and merging is told, what its light paths leave for its camera paths to find, and what these make
 // of it. Plain data; behind kinora/subpaths.h and kinora/path_densities.h, whose plain types it holds.
 #pragma once
+#include <kinora/guiding_state.h>
+
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -25,9 +27,17 @@ struct Options {
   float timeRadius = 1;                // farthest distance in time of merged vertices, of the shutter's opening
   uint32_t clampDepth = 2;             // bounces from which contributions are clamped, as in PathLoopOptions
   float clampLuminance = 10;           // largest luminance of one contribution there
+  float clampDirect = 1e30f;           // and before, but of lights that the camera sees
+  float emission = 1;                  // factor on what surfaces emit
   Roulette roulette, rouletteOfLight;  // of camera paths and of light paths
+  bool learnsLights = false;           // which lights are worth a sample, region by region
+  guiding::Options guiding;            // and how
   bool mergesAny() const { return merges || mergesMedia; }
   bool hasLightPaths() const { return connects || mergesAny() || beams; }
+  // The largest luminance of one contribution by a path of so many bounces, that to the light included.
+  float mostAt(uint32_t bounces) const {
+    return bounces >= clampDepth ? clampLuminance : bounces ? clampDirect : 1e30f;
+  }
   // Whether a light sample could have made a path with so many vertices before the one that is next to the light.
   bool samplesLight(uint32_t before) const { return before || lightSamples; }
 };
@@ -58,6 +68,11 @@ inline uint32_t lists(const Options& o, RecordList* out) {
   return !o.hasLightPaths() ? 0 : o.beams ? 2 : 1;
 }
 
+inline uint32_t learning(const Options& o, Learning* out) {
+  *out = guiding::learning(o.guiding);
+  return o.learnsLights;
+}
+
 // At the barrier behind light paths.
 inline void commit(const Options& options, uint32_t stage, const CommitServices& services) {
   if (stage || (!options.mergesAny() && !options.beams)) return;
@@ -85,6 +100,10 @@ uint32_t stagesOf(const void* data, Stage* out, uint32_t capacity) {
 template <class D>
 uint32_t listsOf(const void* data, RecordList* out, uint32_t) {
   return lists(*static_cast<const D*>(data), out);
+}
+template <class D>
+uint32_t learningOf(const void* data, Learning* out) {
+  return learning(*static_cast<const D*>(data), out);
 }
 
 // Each camera path is connected to at most so many vertices of its light path, the same ones from all its own.
