@@ -86,6 +86,10 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       if (!world) world = std::move(s);
     });
     prepare(in, as);
+    if (around_->prototypes->size() >= around_->prototypeCount) {
+      in.outerPrototypes_ = around_->prototypes.get();
+      in.outerPrototypeCount_ = around_->prototypeCount;
+    }
     if (isAgain) in.archiveReads_ = std::make_shared<std::atomic<int>>(0);
     read(in);
     const auto shared = in.worldPrototypes_;  // those that what is nested here will ask for
@@ -156,8 +160,10 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     Diagnostics unheard([](const std::string&, Severity) {});  // it says it all once it is read for itself
     Interpreter in(unheard, around_->read, {});
     prepare(in, as);
-    read(in);
     const size_t count = around_->prototypeCount;
+    in.outer_ = &to;
+    in.outerPrototypeCount_ = count;
+    read(in);
     in.findInDelayed({});
     const auto first = uint32_t(to.prototypes_.size());
     for (size_t k = count; k < in.prototypes_.size(); ++k) {
@@ -165,7 +171,9 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       for (scene::PrimitivePtr& shared : p.primitives) {
         auto own = std::make_shared<scene::Primitive>(*shared);
         own->id = to.nextId_++;
+        const bool choseFaces = in.ownFaceSets_.contains(shared);
         shared = std::move(own);
+        if (choseFaces) to.ownFaceSets_.insert(shared);
       }
       scene::InstanceList instances;
       for (size_t i = 0; i < p.instances.size(); ++i) {
@@ -203,12 +211,13 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     in.resources_ = from.resources;
     in.lightSourceOf_ = from.lightSourceOf;
     in.prototypeByHandle_ = from.prototypeByHandle;
+    in.ownFaceSets_ = from.ownFaceSets;
     in.inlineArchives_ = from.inlineArchives;
     in.dirmap_ = from.dirmap;
     in.mainDirectory_ = from.mainDirectory;
     in.marker_ = from.marker;
     in.bareMarker_ = from.bareMarker;
-    in.prototypes_.resize(from.prototypeCount);  // theirs are not looked at
+    in.prototypes_.resize(from.prototypeCount);  // theirs are seen where they are: prototypeAt()
     in.archiveReads_ = from.archiveReads;
     in.ancestors_ = ancestors;
     in.state_ = state_;
@@ -248,6 +257,7 @@ std::shared_ptr<const Interpreter::Surroundings> Interpreter::surroundings() {
   s->resources = resources_;
   s->lightSourceOf = lightSourceOf_;
   s->prototypeByHandle = prototypeByHandle_;
+  s->ownFaceSets = ownFaceSets_;
   s->inlineArchives = inlineArchives_;
   s->dirmap = dirmap_;
   s->mainDirectory = mainDirectory_;
