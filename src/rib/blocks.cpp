@@ -339,6 +339,7 @@ void Interpreter::objectInstance(Request& r) {
   }
   if (state_.emitter && state_.emitter->node->kind == "Light") {
     // a mesh light's geometry belongs to the light alone, in objects as well
+    if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
     std::map<uint32_t, uint32_t> made;
     i.prototype = lampOf(i.prototype, *state_.emitter, prototypes_, nextId_, made);
   } else {

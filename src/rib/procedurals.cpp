@@ -108,19 +108,12 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       out.contents.emplace_back(path, digestOfFile(path).value_or(Digest()));
     }
     if (!world) return out;
-    if (const size_t lights = world->lights.size() + world->classicLights.size())
-      in.report(Severity::Error, "RIB-PROCEDURAL-LIGHT",
-                world->lights.empty() ? world->classicLights[0].node->pos : world->lights[0].node->pos,
-                "'" + what_.data[0].substr(0, 200) + "' says " + std::to_string(lights) +
-                    (lights == 1 ? " light" : " lights") + " once a ray has reached its bound",
-                "they are left out: which lights there are is known before the first ray",
-                "an archive in place of a program, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before "
-                "it, reads it at once");
     out.primitives = std::move(world->primitives);
     out.instances = std::move(world->instances);
     out.solids = std::move(world->solids);
     out.prototypes =
         objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
+    leaveOutLights(in, *world, out.prototypes);
     if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
     return out;
   }
@@ -191,6 +184,27 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
   }
 
  private:
+  // Those of objects that it places too, its own and the world's: they would shine from when a ray came by.
+  void leaveOutLights(Interpreter& in, const scene::Scene& world, std::vector<scene::Prototype>& objects) const {
+    size_t lights = world.lights.size() + world.classicLights.size();
+    const scene::Light* first = !world.lights.empty()          ? &world.lights[0]
+                                : !world.classicLights.empty() ? &world.classicLights[0]
+                                                               : nullptr;
+    for (const scene::Prototype& o : objects) {
+      if (!first && !o.lights.empty()) first = &o.lights[0];
+      lights += o.lights.size();
+    }
+    if (lights == 0) return;
+    in.report(Severity::Error, "RIB-PROCEDURAL-LIGHT", first->node->pos,
+              "'" + what_.data[0].substr(0, 200) + "' says " + std::to_string(lights) +
+                  (lights == 1 ? " light" : " lights") +
+                  ", or places objects with them, once a ray has reached its bound",
+              "they are left out: which lights there are is known before the first ray",
+              "an archive in place of a program, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before "
+              "it, reads it at once");
+    for (scene::Prototype& o : objects) o.lights.clear();
+  }
+
   void read(Interpreter& in) const {
     Request request;
     request.name = "Procedural";
