@@ -337,16 +337,14 @@ void Interpreter::objectInstance(Request& r) {
     if (!set->ints.empty()) i.prototype = withFaces(i.prototype, set->ints, r);
     i.attributes = withoutFaceSet(i.attributes);
   }
-  if (state_.emitter && state_.emitter->node->kind == "Light") {
-    // a mesh light's geometry belongs to the light alone, in objects as well
+  if (state_.emitter) {  // its geometry belongs to the light alone
     if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
-    std::map<uint32_t, uint32_t> made;
-    i.prototype = lampOf(i.prototype, *state_.emitter, prototypes_, nextId_, made);
+    if (lampsOf_ != state_.emitter) {
+      lampsOf_ = state_.emitter;
+      lamps_.clear();
+    }
+    i.prototype = lampOf(i.prototype, *state_.emitter, prototypes_, nextId_, lamps_);
   } else {
-    if (state_.emitter)
-      report(Severity::Warning, "CLASSIC-LIGHT-OUT", r.pos,
-             state_.emitter->node->kind + " '" + state_.emitter->node->plugin + "' has an object for its shape",
-             "the object is rendered and gives no light", "Light \"PxrMeshLight\" takes objects");
     i.solid = solidHere(r.pos);
   }
   i.id = nextId_++;

@@ -496,7 +496,8 @@ void Interpreter::emit(Primitive p) {
   bool isLamp = false;
   if (state_.emitter) {
     scene::Light l = *state_.emitter;
-    isLamp = l.node->kind == "Light";  // a mesh light's geometry belongs to the light alone
+    // a mesh light's geometry belongs to the light alone, and in objects that of older ones too
+    isLamp = l.node->kind == "Light" || !openObjects_.empty();
     l.toWorld = p.toWorld;
     l.attributes = p.attributes;
     l.geometry = p;

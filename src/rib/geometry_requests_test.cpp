@@ -167,9 +167,9 @@ AttributeEnd
 AreaLightSource "PxrStdAreaLight" "a"
 ObjectInstance "leaf" "constant color tint" [1 0 0])");
   expectMessage(r, "RIB-INSTANCE-VALUES", 11);
-  expectMessage(r, "CLASSIC-LIGHT-OUT", 11);
+  EXPECT_EQ(r.messages.size(), 1u) << r.all();
   const Scene& s = r.world();
-  ASSERT_EQ(s.prototypes.size(), 2u);
+  ASSERT_EQ(s.prototypes.size(), 3u);
   EXPECT_EQ(s.prototypes[0].primitives.size(), 1u);
   EXPECT_TRUE(s.prototypes[1].primitives.empty());
   ASSERT_EQ(s.prototypes[1].lights.size(), 1u);
@@ -177,7 +177,10 @@ ObjectInstance "leaf" "constant color tint" [1 0 0])");
   EXPECT_TRUE(s.prototypes[1].lights[0].geometry);
   ASSERT_EQ(s.instances.size(), 2u);
   EXPECT_EQ(s.instances[0].prototype, 1u);
-  EXPECT_EQ(s.instances[1].prototype, 0u) << "a shape of an old light is rendered as ever";
+  EXPECT_EQ(s.instances[1].prototype, 2u) << "as those of an old light";
+  EXPECT_TRUE(s.prototypes[2].primitives.empty());
+  ASSERT_EQ(s.prototypes[2].lights.size(), 1u);
+  EXPECT_EQ(s.prototypes[2].lights[0].node->kind, "AreaLightSource");
 }
 
 TEST(Objects, FaceSetsOfInstances) {

@@ -358,6 +358,8 @@ class Interpreter {
   std::vector<uint32_t> openObjects_;
   std::set<scene::PrimitivePtr> ownFaceSets_;  // meshes of objects that sets of instances do not reach
   std::map<std::pair<uint32_t, std::vector<int>>, uint32_t> withFaces_;
+  std::shared_ptr<const scene::Light> lampsOf_;  // the last light that had objects for its shapes
+  std::map<uint32_t, uint32_t> lamps_;           // ... and what was made of these objects
   std::pair<scene::AttributesPtr, scene::AttributesPtr> lastWithoutFaceSet_;  // of, and what was made of it
   uint32_t solid_ = 0;  // the innermost open one of the world or the object, from 1; 0: none
 
