@@ -406,9 +406,9 @@ constexpr Explanation kRooms[] = {
     {"CLASSIC-LIGHT-OUT",
      "A LightSource is left out, because nothing is known of it (neither its name nor its parameters say what it "
      "does), or because it stands for light that paths find by themselves: caustics of photon maps, light bounced "
-     "between surfaces. Where no other light is left, the scene has a headlight. Those between ObjectBegin and "
-     "ObjectEnd are left out as well, and the shapes of area lights there give no light: the lights of an object are "
-     "those of the request Light."},
+     "between surfaces. Where no other light is left, the scene has a headlight. Ambient light in an object "
+     "(ObjectBegin) is left out as well: it has no place, and is said once, in the world. Other lights there shine "
+     "from each place of the object, on everything."},
     {"CLASSIC-SURFACE",
      "A Surface names a shader of the RenderMan Shading Language, which Kinora does not run, and it is none of the "
      "standard ones (constant, matte, metal, shinymetal, plastic, paintedplastic, defaultsurface, null; glass). One "

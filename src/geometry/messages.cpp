@@ -25,9 +25,11 @@ constexpr Explanation kExplanations[] = {
      "the "
      "others left out. Often the file was cut or an exporter counted wrongly."},
     {"GEOM-FACE-TANGLED",
-     "The outline of a polygon crosses itself, or one of its holes lies outside of it or touches its side. It is "
-     "covered "
-     "with triangles as well as possible, all facing the same way; what is inside is a matter of taste then."},
+     "The outline of a polygon crosses itself, or one of its holes lies outside of it or touches its side. What the "
+     "outline goes round is covered, in whatever direction and however often it does (a pentagram with its middle, "
+     "both halves of a bow tie), but for what holes go round, all facing the same way. Points are added where it "
+     "crosses itself, with values between those of the corners. Outlines of more than 512 corners, or very many "
+     "crossings, are covered by triangles of their corners as well as these can."},
     {"GEOM-INDEX-RANGE",
      "A face names a vertex that is not among the points: its number is negative or too large. The face is left "
      "out."},

@@ -1,5 +1,6 @@
 // All four polygon requests. Meshes of triangles are copied straight through (18 bytes a triangle); quads are cut
-// along the diagonal that suits them; everything else goes through the Triangulator. A deforming mesh is cut by its
+// along the diagonal that suits them; everything else goes through the Triangulator, and outlines that cross
+// themselves through fillByWinding(), whose new points stand behind those of the mesh. A deforming mesh is cut by its
 // first key.
 #include <algorithm>
 #include <climits>
@@ -10,6 +11,7 @@
 #include "geometry/makers.h"
 #include "geometry/polygon.h"
 #include "geometry/triangulate.h"
+#include "geometry/winding_fill.h"
 
 namespace kinora::geometry {
 
@@ -37,14 +39,25 @@ class Cutter {
   void cutAny();
 
   std::vector<uint32_t> corners;  // empty: triangle corner i is face corner i
+  // Between two face corners: its number as a corner goes on behind those of the faces, as a vertex behind the points.
+  struct Between {
+    uint32_t from, to;
+    double share;
+    float mix(float a, float b) const { return float(a + share * (double(b) - a)); }
+  };
+  std::vector<Between> added;
+  int vertexOf(size_t corner) const {
+    if (corner >= faces_.cornerCount) return int(points_.count + (corner - faces_.cornerCount));
+    return faces_.vertices.empty() ? int(corner) : faces_.vertices[corner];
+  }
   Faults faults;
 
  private:
   V3d at(int vertex) const { return points_.point(key_, size_t(vertex)); }
   bool usable(int vertex) const { return vertex >= 0 && size_t(vertex) < points_.count; }
-  int vertexOf(size_t corner) const { return faces_.vertices.empty() ? int(corner) : faces_.vertices[corner]; }
   void emitTriangle(uint32_t face, size_t a, size_t b, size_t c);
   void cutFace(uint32_t face, size_t firstCorner, std::span<const int> loops);
+  bool fillFace(uint32_t face, size_t firstCorner, std::span<const int> loops);
 
   const PointKeys& points_;
   const size_t key_;
@@ -53,6 +66,7 @@ class Cutter {
   Triangulator triangulator_;
   std::vector<V3d> scratch_;
   std::vector<uint32_t> cut_;
+  WindingFill fill_;
 };
 
 bool Cutter::cutTriangles() {
@@ -71,13 +85,20 @@ bool Cutter::cutTriangles() {
   return false;
 }
 
-// The better diagonal of a quad: true for 0-2, false for 1-3. The first wherever it gives two triangles that face
-// alike.
-bool firstDiagonal(const V3d& a, const V3d& b, const V3d& c, const V3d& d) {
+enum class QuadCut : uint8_t { First, Second, None };
+
+// The better diagonal of a quad: 0-2 or 1-3. The first wherever it gives two triangles that face alike. None: it is
+// flat, and crosses itself.
+QuadCut quadCut(const V3d& a, const V3d& b, const V3d& c, const V3d& d) {
   const V3d ac = c - a, abc = (b - a).cross(ac), acd = ac.cross(d - a);
-  if (abc.dot(acd) > 0) return true;
+  if (abc.dot(acd) > 0) return QuadCut::First;
   const V3d normal = ac.cross(d - b), bd = d - b, bcd = (c - b).cross(bd), abd = (b - a).cross(d - a);
-  return std::min(abc.dot(normal), acd.dot(normal)) >= std::min(bcd.dot(normal), abd.dot(normal));
+  if (abc.dot(acd) < 0 && bcd.dot(abd) < 0) {
+    const double height = std::abs(abc.dot(d - a)) / abc.length();
+    if (height <= 1e-3 * std::max(ac.length(), bd.length())) return QuadCut::None;
+  }
+  return std::min(abc.dot(normal), acd.dot(normal)) >= std::min(bcd.dot(normal), abd.dot(normal)) ? QuadCut::First
+                                                                                                  : QuadCut::Second;
 }
 
 bool Cutter::cutQuads() {
@@ -89,13 +110,15 @@ bool Cutter::cutQuads() {
   for (size_t f = 0; f < n; ++f, out += 6) {
     int v[4];
     for (int k = 0; k < 4; ++k) v[k] = vertexOf(4 * f + k);
-    if (!usable(v[0]) || !usable(v[1]) || !usable(v[2]) || !usable(v[3])) {
+    const bool isUsable = usable(v[0]) && usable(v[1]) && usable(v[2]) && usable(v[3]);
+    const QuadCut cut = isUsable ? quadCut(at(v[0]), at(v[1]), at(v[2]), at(v[3])) : QuadCut::None;
+    if (cut == QuadCut::None) {
       mesh_.indices.clear();
       corners.clear();
       return false;
     }
     // The triangles begin at the diagonal: with the other one the face's parameters are turned by one corner.
-    const int s = firstDiagonal(at(v[0]), at(v[1]), at(v[2]), at(v[3])) ? 0 : 1;
+    const int s = cut == QuadCut::First ? 0 : 1;
     const int order[6] = {s, s + 1, s + 2, s, s + 2, (s + 3) % 4};
     for (int k = 0; k < 6; ++k) out[k] = uint32_t(v[order[k] % 4]);
     if (faces_.needCorners)
@@ -136,25 +159,44 @@ void Cutter::cutFace(uint32_t face, size_t first, std::span<const int> loops) {
   scratch_.resize(n);
   for (size_t k = 0; k < n; ++k) scratch_[k] = at(vertexOf(first + k));
   if (loops.size() == 1 && n == 4) {
-    const size_t s = firstDiagonal(scratch_[0], scratch_[1], scratch_[2], scratch_[3]) ? 0 : 1;
+    const QuadCut cut = quadCut(scratch_[0], scratch_[1], scratch_[2], scratch_[3]);
+    if (cut == QuadCut::None && fillFace(face, first, loops)) {
+      ++faults.tangled;
+      return;
+    }
+    const size_t s = cut == QuadCut::Second ? 1 : 0;
     emitTriangle(face, first + s, first + s + 1, first + s + 2);
     emitTriangle(face, first + s, first + s + 2, first + (s + 3) % 4);
     mesh_.quads = true;
     return;
   }
   cut_.clear();
-  switch (triangulator_.run(scratch_, loops, cut_)) {
-    case Triangulator::Outcome::Good:
-      break;
-    case Triangulator::Outcome::Tangled:
-      ++faults.tangled;
-      break;
-    case Triangulator::Outcome::NoArea:
-      ++faults.noArea;
-      return;
+  const Triangulator::Outcome outcome = triangulator_.run(scratch_, loops, cut_);
+  if (outcome != Triangulator::Outcome::Good) {
+    const bool isFilled = fillFace(face, first, loops);
+    ++(isFilled || outcome == Triangulator::Outcome::Tangled ? faults.tangled : faults.noArea);
+    if (isFilled || outcome == Triangulator::Outcome::NoArea) return;
   }
   for (size_t t = 0; t < cut_.size(); t += 3)
     emitTriangle(face, first + cut_[t], first + cut_[t + 1], first + cut_[t + 2]);
+}
+
+bool Cutter::fillFace(uint32_t face, size_t first, std::span<const int> loops) {
+  if (!fillByWinding(scratch_, loops, fill_)) return false;
+  std::vector<size_t> cornerOf;
+  cornerOf.reserve(fill_.points.size());
+  for (const EdgePoint& p : fill_.points) {
+    if (p.from == p.to) {
+      cornerOf.push_back(first + p.from);
+      continue;
+    }
+    cornerOf.push_back(faces_.cornerCount + added.size());
+    added.push_back({uint32_t(first + p.from), uint32_t(first + p.to), p.share});
+  }
+  for (size_t t = 0; t < fill_.triangles.size(); t += 3)
+    emitTriangle(face, cornerOf[fill_.triangles[t]], cornerOf[fill_.triangles[t + 1]],
+                 cornerOf[fill_.triangles[t + 2]]);
+  return true;
 }
 
 void Cutter::cutAny() {
@@ -189,7 +231,7 @@ void report(const scene::Primitive& primitive, const Faults& faults, Diagnostics
   tell("GEOM-NOT-FINITE", faults.notFinite, ": a corner is not finite", "left out");
   tell("GEOM-FACE-AREA", faults.noArea, ": no area", "left out");
   tell("GEOM-FACE-TANGLED", faults.tangled, ": the outline crosses itself or a hole lies outside",
-       "triangles cover it as well as possible");
+       "what it goes round is covered");
 }
 
 // The first key by which faces can be cut: one that has grown out of a point or a line.
@@ -208,8 +250,8 @@ size_t keyWithArea(const PointKeys& points) {
   return points.keys.size() - 1;
 }
 
-void storeKeys(const PointKeys& points, Mesh& mesh) {
-  mesh.vertexCount = uint32_t(points.count);
+void storeKeys(const PointKeys& points, const Cutter& cutter, Mesh& mesh) {
+  mesh.vertexCount = uint32_t(points.count + cutter.added.size());
   for (size_t k = 0; k < points.keys.size(); ++k) {
     const float* p = points.keys[k].data();
     if (!points.nonFinite) {
@@ -227,9 +269,10 @@ void storeKeys(const PointKeys& points, Mesh& mesh) {
     }
   }
   mesh.origin = chooseOrigin(mesh.bounds);
-  mesh.points.resize(points.count * points.keys.size());
+  mesh.points.resize(size_t(mesh.vertexCount) * points.keys.size());
   V3f* out = mesh.points.data();
-  for (size_t k = 0; k < points.keys.size(); ++k)
+  for (size_t k = 0; k < points.keys.size(); ++k) {
+    const V3f* const own = out;
     for (size_t i = 0; i < points.count; ++i, ++out) {
       const V3f p(points.keys[k][3 * i], points.keys[k][3 * i + 1], points.keys[k][3 * i + 2]);
       // A point that is not finite is in no triangle; it only must not poison whoever takes bounds over all points.
@@ -238,6 +281,11 @@ void storeKeys(const PointKeys& points, Mesh& mesh) {
       else
         *out = mesh.origin == V3d(0) ? p : V3f(V3d(p) - mesh.origin);
     }
+    for (const Cutter::Between& b : cutter.added) {
+      const V3f &p = own[cutter.vertexOf(b.from)], &q = own[cutter.vertexOf(b.to)];
+      *out++ = V3f(b.mix(p.x, q.x), b.mix(p.y, q.y), b.mix(p.z, q.z));
+    }
+  }
   mesh.times = points.times;
 }
 
@@ -302,17 +350,25 @@ bool makePolygons(const scene::Primitive& primitive, const scene::PolygonMesh& s
 }
 
 // Of faces with four corners, which go around at (u, v) = (0,0), (1,0), (1,1), (0,1): "st" by the attribute
-// TextureCoordinates. `corners`: of the face list, one for each corner of a triangle.
-static void addTextureCoordinates(const std::array<float, 8>& c, const std::vector<uint32_t>& corners, Mesh& mesh) {
+// TextureCoordinates.
+static void addTextureCoordinates(const std::array<float, 8>& c, size_t cornerCount, const Cutter& cutter,
+                                  Mesh& mesh) {
   if (mesh.find("st") || mesh.find("s") || mesh.find("t")) return;
   constexpr size_t kAt[] = {0, 2, 6, 4};
   Primvar st;
   st.name = "st";
   st.width = 2;
   st.rate = Primvar::Rate::PerCorner;
-  st.data.reserve(2 * corners.size());
-  for (const uint32_t corner : corners)
-    for (size_t i = 0; i < 2; ++i) st.data.push_back(c[kAt[corner % 4] + i]);
+  st.data.reserve(2 * cutter.corners.size());
+  for (const uint32_t corner : cutter.corners)
+    for (size_t i = 0; i < 2; ++i) {
+      if (corner < cornerCount) {
+        st.data.push_back(c[kAt[corner % 4] + i]);
+        continue;
+      }
+      const Cutter::Between& b = cutter.added[corner - cornerCount];
+      st.data.push_back(b.mix(c[kAt[b.from % 4] + i], c[kAt[b.to % 4] + i]));
+    }
   mesh.primvars.push_back(std::move(st));
 }
 
@@ -363,7 +419,7 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
                         "the primitive is left out");
     return false;
   }
-  storeKeys(points, mesh);
+  storeKeys(points, cutter, mesh);
   bool hasArea = false;  // in doubles: floats may underflow
   for (size_t k = 0; k < size_t(mesh.keyCount()) && !hasArea; ++k)
     for (uint32_t t = 0; t < mesh.triangleCount() && !hasArea; ++t) hasArea = geometricNormal(mesh, t, k) != V3d(0);
@@ -402,12 +458,18 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
       case StorageClass::Vertex: {
         Primvar p = emptyPrimvar(s, Primvar::Rate::PerVertex);
         const size_t keys = isNormal ? size_t(mesh.keyCount()) : 1, width = size_t(p.width);
-        p.data.resize(keys * points.count * width);
+        p.data.resize(keys * mesh.vertexCount * width);
         for (size_t k = 0; k < keys; ++k) {
           std::span<const float> v = valuesAtKey(primitive, s, k);
           if (v.empty()) v = s.values;
-          std::copy(v.begin(), v.begin() + std::ptrdiff_t(std::min(v.size(), points.count * width)),
-                    p.data.begin() + std::ptrdiff_t(k * points.count * width));
+          float* const own = p.data.data() + k * mesh.vertexCount * width;
+          std::copy(v.begin(), v.begin() + std::ptrdiff_t(std::min(v.size(), points.count * width)), own);
+          float* out = own + points.count * width;
+          for (const Cutter::Between& b : cutter.added) {
+            const float *from = own + size_t(cutter.vertexOf(b.from)) * width,
+                        *to = own + size_t(cutter.vertexOf(b.to)) * width;
+            for (size_t i = 0; i < width; ++i) *out++ = b.mix(from[i], to[i]);
+          }
         }
         mesh.primvars.push_back(std::move(p));
         break;
@@ -419,10 +481,16 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
           p.data = s.values;
         } else {
           p.data.reserve(cutter.corners.size() * p.width);
-          for (uint32_t c : cutter.corners) {
-            const size_t from = faces.originalCorner.empty() ? c : faces.originalCorner[c];
-            p.data.insert(p.data.end(), s.values.begin() + std::ptrdiff_t(from * p.width),
-                          s.values.begin() + std::ptrdiff_t((from + 1) * p.width));
+          const auto valuesOf = [&](uint32_t c) {
+            return s.values.data() + (faces.originalCorner.empty() ? c : faces.originalCorner[c]) * size_t(p.width);
+          };
+          for (const uint32_t c : cutter.corners) {
+            if (c < faces.cornerCount) {
+              p.data.insert(p.data.end(), valuesOf(c), valuesOf(c) + p.width);
+              continue;
+            }
+            const Cutter::Between& b = cutter.added[c - faces.cornerCount];
+            for (int i = 0; i < p.width; ++i) p.data.push_back(b.mix(valuesOf(b.from)[i], valuesOf(b.to)[i]));
           }
         }
         mesh.primvars.push_back(std::move(p));
@@ -434,7 +502,7 @@ bool makePolygons(const scene::Primitive& primitive, const PointKeys& points, Po
   if (!mesh.find("N") && primitive.attributes && primitive.attributes->getInt("polygon:smoothnormals", 0) != 0)
     addSmoothNormals(mesh);
   joinTextureCoordinates(mesh);
-  if (spreads) addTextureCoordinates(primitive.attributes->textureCoordinates, cutter.corners, mesh);
+  if (spreads) addTextureCoordinates(primitive.attributes->textureCoordinates, faces.cornerCount, cutter, mesh);
   return true;
 }
 

@@ -16,7 +16,7 @@ class Triangulator {
  public:
   enum class Outcome {
     Good,
-    Tangled,  // crosses itself or has holes outside: covered as well as possible, no triangle faces backwards
+    Tangled,  // crosses itself or has holes outside: covered as well as its corners can, no triangle faces backwards
     NoArea,   // nothing was made
   };
   // `corners` holds all loops one after the other, the outer one first; loops may run either way, the outer one

@@ -1,6 +1,9 @@
 #include "render/legacy_lights.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "base/text.h"
 #include "geometry/tessellate.h"
@@ -173,6 +176,45 @@ static scene::AttributesPtr placed(const scene::AttributesPtr& attributes, const
   return out;
 }
 
+static bool isClassic(const scene::Light& light) { return light.node && light.node->kind != "Light"; }
+
+bool areLightsClassic(const scene::Scene& scene) {
+  return scene.lights.empty() && !scene.classicLights.empty() &&
+         std::all_of(scene.prototypes.begin(), scene.prototypes.end(),
+                     [](const scene::Prototype& p) { return p.lights.empty(); });
+}
+
+namespace {
+
+// What stands in for classic lights, each of which is told once, wherever it shines from.
+class StandIns {
+ public:
+  StandIns(bool isPathTraced, Diagnostics& diagnostics) : isPathTraced_(isPathTraced), diagnostics_(diagnostics) {}
+  std::optional<scene::Light> of(const scene::Light& l, bool isInObject) {
+    std::optional<scene::Light> out(std::in_place);
+    std::string why;
+    const bool isKnown = fromClassic(l, *out) || classicLight(l, isPathTraced_, *out, why);
+    if (isKnown && isInObject && isAmbient(*out)) why = "ambient light has no place that its object could give it";
+    if (!isKnown || !why.empty()) out.reset();
+    if (!told_.insert(l.node.get()).second) return out;
+    if (!out)
+      diagnostics_.warning("CLASSIC-LIGHT-OUT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is left out",
+                           why);
+    else
+      diagnostics_.warning(
+          "RENDER-CLASSIC-LIGHT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is of an old kind",
+          out->node->plugin + " stands in" + (out->filters.empty() ? "" : " with BarzelLightFilter"));
+    return out;
+  }
+
+ private:
+  const bool isPathTraced_;
+  Diagnostics& diagnostics_;
+  std::set<const scene::Node*> told_;
+};
+
+}  // namespace
+
 std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
                                          std::set<uint32_t>& shapes) {
   std::vector<scene::Light> all = scene.lights;
@@ -184,6 +226,7 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     for (size_t i = 0; i < list.size(); ++i)
       if (const uint32_t p = list.prototypeOf(i); p < holdLights.size() && holdLights[p]) visit(list[i]);
   };
+  StandIns standIns(scene.integrator != nullptr, diagnostics);
   size_t opened = 0;  // without a bound, prototypes that hold the next one twice, level after level, never end
   const auto instantiate = [&](const auto& self, uint32_t prototype, const scene::Transform& toWorld,
                                const scene::AttributesPtr& attributes, int depth) -> void {
@@ -194,7 +237,12 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
       l.attributes = scene::inherit(placed(l.attributes, toWorld), attributes);
       // which side of it shines is the instance's business too
       if (l.geometry) l.geometry->attributes = scene::inherit(l.geometry->attributes, attributes);
-      all.push_back(std::move(l));
+      if (!isClassic(l)) {
+        all.push_back(std::move(l));
+        continue;
+      }
+      if (l.geometry) l.geometry->toWorld = concat(l.geometry->toWorld, toWorld);
+      if (std::optional<scene::Light> standIn = standIns.of(l, true)) all.push_back(std::move(*standIn));
     }
     eachWithLights(p.instances, [&](const scene::Instance& nested) {
       self(self, nested.prototype, concat(nested.toWorld, toWorld),
@@ -205,19 +253,11 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     instantiate(instantiate, i.prototype, i.toWorld, i.attributes, 0);
   });
   for (const scene::Light& l : scene.classicLights) {
-    scene::Light out;
     if (!l.node) continue;
-    std::string why;
-    if (!fromClassic(l, out) && !classicLight(l, scene.integrator != nullptr, out, why)) {
-      diagnostics.warning("CLASSIC-LIGHT-OUT", l.node->pos, l.node->kind + " '" + l.node->plugin + "' is left out",
-                          why);
-      continue;
-    }
+    std::optional<scene::Light> standIn = standIns.of(l, false);
+    if (!standIn) continue;
     if (l.geometry) shapes.insert(l.geometry->id);
-    diagnostics.warning("RENDER-CLASSIC-LIGHT", l.node->pos,
-                        l.node->kind + " '" + l.node->plugin + "' is of an old kind",
-                        out.node->plugin + " stands in" + (out.filters.empty() ? "" : " with BarzelLightFilter"));
-    all.push_back(std::move(out));
+    all.push_back(std::move(*standIn));
   }
   struct Substitute {
     const char *missing, *use;
@@ -247,8 +287,12 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
 std::string lightsLeftOut(const scene::Scene& scene, Registry& registry) {
   std::set<std::string> names;
   Diagnostics quiet([](const std::string&, Severity) {});
-  for (const scene::Light& l : scene.classicLights)
-    if (l.node && !hasStandIn(l)) names.insert(l.node->plugin);
+  const auto addUnknown = [&](const std::vector<scene::Light>& lights) {
+    for (const scene::Light& l : lights)
+      if (isClassic(l) && !hasStandIn(l)) names.insert(l.node->plugin);
+  };
+  addUnknown(scene.classicLights);
+  for (const scene::Prototype& p : scene.prototypes) addUnknown(p.lights);
   std::set<uint32_t> shapes;
   for (const scene::Light& l : lightsToRender(scene, registry, quiet, shapes))
     if (l.node && !registry.find(Kind::Light, l.node->plugin, quiet, l.node->pos)) names.insert(l.node->plugin);

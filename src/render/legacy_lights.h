@@ -19,6 +19,9 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
 // it by themselves.
 bool isAmbient(const scene::Light& light);
 
+// Whether all lights are of the shading-language age, and objects list those that shine on them.
+bool areLightsClassic(const scene::Scene& scene);
+
 // Whether something stands in for a LightSource or AreaLightSource.
 bool hasStandIn(const scene::Light& light);
 

@@ -301,7 +301,7 @@ class Overrides {
   void eachLight(F&& visit) {
     for (scene::Light& l : scene_.lights) visit(l, false);
     for (scene::Prototype& p : scene_.prototypes)
-      for (scene::Light& l : p.lights) visit(l, false);
+      for (scene::Light& l : p.lights) visit(l, l.node && l.node->kind != "Light");
     for (scene::Light& l : scene_.classicLights) visit(l, true);
   }
 
@@ -383,11 +383,13 @@ bool mayGlow(const std::vector<scene::PrimitivePtr>& primitives) {
 }  // namespace
 
 const char* defaultIntegrator(const scene::Scene& scene) {
-  const bool isDark =
-      scene.lights.empty() && std::none_of(scene.classicLights.begin(), scene.classicLights.end(), hasStandIn) &&
-      !mayGlow(scene.primitives) &&
-      std::all_of(scene.prototypes.begin(), scene.prototypes.end(),
-                  [](const scene::Prototype& p) { return p.lights.empty() && !mayGlow(p.primitives); });
+  const auto shine = [](const scene::Light& l) { return (l.node && l.node->kind == "Light") || hasStandIn(l); };
+  const bool isDark = scene.lights.empty() &&
+                      std::none_of(scene.classicLights.begin(), scene.classicLights.end(), hasStandIn) &&
+                      !mayGlow(scene.primitives) &&
+                      std::all_of(scene.prototypes.begin(), scene.prototypes.end(), [&](const scene::Prototype& p) {
+                        return std::none_of(p.lights.begin(), p.lights.end(), shine) && !mayGlow(p.primitives);
+                      });
   return isDark ? "PxrDefault" : "PxrPathTracer";
 }
 

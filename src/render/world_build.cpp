@@ -408,7 +408,7 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
       materials_.make(*flat_,
                       {registry_, diagnostics_, *textures_, contents_, shaders_, shadersInUse_, paths, width_,
                        sources, scene.cameras.empty() ? std::array<float, 2>{} : scene.cameras[0].clipping,
-                       !scene.integrator && scene.lights.empty() && !scene.classicLights.empty()},
+                       !scene.integrator && areLightsClassic(scene)},
                       next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements,
                         delayed.unread.empty(), diagnostics_);

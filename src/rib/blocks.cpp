@@ -325,12 +325,6 @@ void Interpreter::objectInstance(Request& r) {
     report(Severity::Warning, "RIB-INSTANCE-VALUES", r.pos,
            "ObjectInstance has parameters of its own, and instances take none", "they are ignored",
            "Attribute \"user\" before it and the pattern PxrAttribute tell instances apart");
-  if (std::as_const(*state_.attributes).named.find("shade:faceset") &&
-      keptNames_.insert("faceset of instances").second)
-    report(Severity::Warning, "RIB-NO-EFFECT-FACESET", r.pos,
-           "attribute \"shade:faceset\" has no effect on an instance",
-           "its object has all the faces it was made with",
-           "it picks faces of a mesh where that is said: in the object");
   if (lightingObjects_.contains(it->second)) {
     saysLights_ = true;
     if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
@@ -339,15 +333,18 @@ void Interpreter::objectInstance(Request& r) {
   i.prototype = it->second;
   i.toWorld = state_.ctm;
   i.attributes = attributesInUse();
-  if (state_.emitter && state_.emitter->node->kind == "Light") {
-    // a mesh light's geometry belongs to the light alone, in objects as well
-    std::map<uint32_t, uint32_t> made;
-    i.prototype = lampOf(it->second, *state_.emitter, prototypes_, nextId_, made);
+  if (const scene::Parameter* set = i.attributes->named.find("shade:faceset")) {
+    if (!set->ints.empty()) i.prototype = withFaces(i.prototype, set->ints, r);
+    i.attributes = withoutFaceSet(i.attributes);
+  }
+  if (state_.emitter) {  // its geometry belongs to the light alone
+    if (!openObjects_.empty()) lightingObjects_.insert(openObjects_.back());
+    if (lampsOf_ != state_.emitter) {
+      lampsOf_ = state_.emitter;
+      lamps_.clear();
+    }
+    i.prototype = lampOf(i.prototype, *state_.emitter, prototypes_, nextId_, lamps_);
   } else {
-    if (state_.emitter)
-      report(Severity::Warning, "CLASSIC-LIGHT-OUT", r.pos,
-             state_.emitter->node->kind + " '" + state_.emitter->node->plugin + "' has an object for its shape",
-             "the object is rendered and gives no light", "Light \"PxrMeshLight\" takes objects");
     i.solid = solidHere(r.pos);
   }
   i.id = nextId_++;

@@ -85,31 +85,26 @@ bool sameTopology(const Shape& a, const Shape& b) {
   return std::get<OtherPrimitive>(a).request == std::get<OtherPrimitive>(b).request;
 }
 
-// Attribute "shade" "int[] faceset", or a primitive variable of that name: the faces of a mesh that are there. The
-// others of a subdivision mesh become holes, so that its limit surface stays what it is. False: none is left.
+// The faces of a mesh that Attribute "shade" "int[] faceset", or a primitive variable of that name, leaves. The others
+// of a subdivision mesh become holes, so that its limit surface stays what it is. False: none is left.
 // reportFace(face, faces) is told of those that the mesh has not.
 template <class F>
-bool keepFaceSet(Primitive& p, const scene::Attributes& attributes, F&& reportFace) {
+bool keepFaces(Primitive& p, const std::vector<int>& chosen, F&& reportFace) {
   auto* polygons = std::get_if<PolygonMesh>(&p.shape);
   auto* subdivision = std::get_if<SubdivisionMesh>(&p.shape);
-  if (!polygons && !subdivision) return true;
-  const Parameter* set = std::as_const(p.primvars).find("shade:faceset");
-  if (!set) set = attributes.named.find("shade:faceset");
-  if (!set || set->ints.empty()) return true;
   // without a list of loops each face has one
   const auto loopsOf = [&](size_t face) { return polygons->loopsPerFace.empty() ? 1 : polygons->loopsPerFace[face]; };
   const size_t faces = subdivision                      ? subdivision->verticesPerFace.size()
                        : polygons->loopsPerFace.empty() ? polygons->verticesPerLoop.size()
                                                         : polygons->loopsPerFace.size();
   std::vector<char> stays(faces);
-  for (const int f : set->ints) {
+  for (const int f : chosen) {
     if (f >= 0 && size_t(f) < faces) {
       stays[size_t(f)] = 1;
       continue;
     }
     reportFace(f, faces);
   }
-  p.primvars.erase("shade:faceset");
   const size_t kept = size_t(std::count(stays.begin(), stays.end(), 1));
   if (kept == faces) return true;
   if (kept == 0) return false;
@@ -130,32 +125,41 @@ bool keepFaceSet(Primitive& p, const scene::Attributes& attributes, F&& reportFa
       if (stays[f]) m.verticesPerLoop.push_back(count);
       for (int k = 0; k < count; ++k, ++corner) {
         cornerStays.push_back(stays[f]);
-        if (stays[f]) m.vertices.push_back(polygons->vertices[corner]);
+        // without a list each corner is the next point, and all points stay
+        if (stays[f]) m.vertices.push_back(polygons->vertices.empty() ? int(corner) : polygons->vertices[corner]);
       }
     }
   }
   *polygons = std::move(m);
-  std::vector<std::string> names;
-  for (const Parameter& v : std::as_const(p.primvars))
-    if (v.storage == StorageClass::Uniform || v.storage == StorageClass::FaceVarying ||
-        v.storage == StorageClass::FaceVertex)
-      names.push_back(v.name);
-  for (const std::string& name : names) {
-    Parameter& v = *p.primvars.find(name);
-    const std::vector<char>& which = v.storage == StorageClass::Uniform ? stays : cornerStays;
-    const auto keep = [&](auto& values) {
-      const size_t each = values.size() / which.size();
-      if (values.size() != which.size() * each) return;
-      size_t to = 0;
-      for (size_t i = 0; i < values.size(); ++i)
-        if (which[i / each]) std::swap(values[to++], values[i]);
-      values.resize(to);
-    };
-    keep(v.floats);
-    keep(v.ints);
-    keep(v.strings);
-  }
+  const auto keepIn = [&](ParameterList& list) {
+    std::vector<std::string> names;
+    for (const Parameter& v : std::as_const(list))
+      if (v.storage == StorageClass::Uniform || v.storage == StorageClass::FaceVarying ||
+          v.storage == StorageClass::FaceVertex)
+        names.push_back(v.name);
+    for (const std::string& name : names) {
+      Parameter& v = *list.find(name);
+      const std::vector<char>& which = v.storage == StorageClass::Uniform ? stays : cornerStays;
+      const auto keep = [&](auto& values) {
+        const size_t each = values.size() / which.size();
+        if (values.size() != which.size() * each) return;
+        size_t to = 0;
+        for (size_t i = 0; i < values.size(); ++i)
+          if (which[i / each]) std::swap(values[to++], values[i]);
+        values.resize(to);
+      };
+      keep(v.floats);
+      keep(v.ints);
+      keep(v.strings);
+    }
+  };
+  keepIn(p.primvars);
+  for (ParameterList& key : p.motion) keepIn(key);
   return true;
+}
+
+bool isMesh(const Primitive& p) {
+  return std::holds_alternative<PolygonMesh>(p.shape) || std::holds_alternative<SubdivisionMesh>(p.shape);
 }
 
 // RISpec's Np, one normal a face, is N of that class.
@@ -426,12 +430,12 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
         counts.of(v.storage) != 1)
       ones.push_back(v.name);
   for (const std::string& name : ones) p.primvars.find(name)->storage = StorageClass::Constant;
-  const bool isLeft = keepFaceSet(p, *state_.attributes, [&](int face, size_t faces) {
-    report(Severity::Error, "RIB-INDEX", r.pos,
-           "\"shade:faceset\" names face " + std::to_string(face) + ", and " + r.name + " has " +
-               std::to_string(faces) + " faces",
-           "that face is left out");
-  });
+  if (!isMesh(p)) return p;
+  const Parameter* set = std::as_const(p.primvars).find("shade:faceset");
+  if (!set) set = std::as_const(*state_.attributes).named.find("shade:faceset");
+  if (!set || set->ints.empty()) return p;
+  const std::vector<int> chosen = set->ints;
+  const bool isLeft = keepFaces(p, chosen, [&](int face, size_t faces) { reportNoFace(face, faces, r.name, r.pos); });
   if (!isLeft) return std::nullopt;
   return p;
 }
@@ -481,19 +485,19 @@ void Interpreter::emit(Primitive p) {
   p.id = nextId_++;
   p.toWorld = state_.ctm;
   p.attributes = attributesInUse();
-  const bool isMesh =
-      std::holds_alternative<PolygonMesh>(p.shape) || std::holds_alternative<SubdivisionMesh>(p.shape);
-  if (isMesh && p.attributes->named.find("shade:faceset")) {
-    // done, and not to be done again to a scene that is written and read
-    auto done = std::make_shared<scene::Attributes>(*p.attributes);
-    done->named.erase("shade:faceset");
-    p.attributes = std::move(done);
+  const bool saysFaces = isMesh(p) && (std::as_const(p.primvars).find("shade:faceset") ||
+                                       std::as_const(*p.attributes).named.find("shade:faceset"));
+  if (saysFaces) {
+    p.primvars.erase("shade:faceset");
+    for (ParameterList& key : p.motion) key.erase("shade:faceset");
+    p.attributes = withoutFaceSet(p.attributes);
   }
   p.solid = solidHere(p.pos);
   bool isLamp = false;
   if (state_.emitter) {
     scene::Light l = *state_.emitter;
-    isLamp = l.node->kind == "Light";  // a mesh light's geometry belongs to the light alone
+    // a mesh light's geometry belongs to the light alone, and in objects that of older ones too
+    isLamp = l.node->kind == "Light" || !openObjects_.empty();
     l.toWorld = p.toWorld;
     l.attributes = p.attributes;
     l.geometry = p;
@@ -502,10 +506,76 @@ void Interpreter::emit(Primitive p) {
   if (isLamp) return;
   held_.add(scene::bytesHeld(p));
   auto shared = std::make_shared<const Primitive>(std::move(p));
-  if (openObjects_.empty())
+  if (openObjects_.empty()) {
     world_->primitives.push_back(std::move(shared));
-  else
-    prototypes_[openObjects_.back()].primitives.push_back(std::move(shared));
+    return;
+  }
+  if (saysFaces) ownFaceSets_.insert(shared);
+  prototypes_[openObjects_.back()].primitives.push_back(std::move(shared));
+}
+
+void Interpreter::reportNoFace(int face, size_t faces, const std::string& request, const SourcePos& pos) {
+  report(Severity::Error, "RIB-INDEX", pos,
+         "\"shade:faceset\" names face " + std::to_string(face) + ", and " + request + " has " +
+             std::to_string(faces) + " faces",
+         "that face is left out");
+}
+
+// It is done, and not to be done again to a scene that is written and read.
+AttributesPtr Interpreter::withoutFaceSet(const AttributesPtr& attributes) {
+  auto& [of, without] = lastWithoutFaceSet_;
+  if (of != attributes) {
+    auto done = std::make_shared<scene::Attributes>(*attributes);
+    done->named.erase("shade:faceset");
+    of = attributes;
+    without = std::move(done);
+  }
+  return without;
+}
+
+uint32_t Interpreter::withFaces(uint32_t object, const std::vector<int>& faces, const Request& r) {
+  const auto known = withFaces_.find({object, faces});
+  if (known != withFaces_.end()) return known->second;
+  Prototype cut = prototypeAt(object);
+  const std::vector<PrimitivePtr> shapes = std::move(cut.primitives);
+  const InstanceList instances = std::move(cut.instances);
+  cut.primitives.clear();
+  cut.instances.clear();
+  bool isCut = false;
+  for (const PrimitivePtr& shape : shapes) {
+    if (!isMesh(*shape) || ownFaceSets_.contains(shape)) {
+      cut.primitives.push_back(shape);
+      continue;
+    }
+    isCut = true;
+    Primitive p = *shape;
+    const std::string request = requestName(p.shape);
+    const bool isLeft =
+        keepFaces(p, faces, [&](int face, size_t count) { reportNoFace(face, count, request, r.pos); });
+    if (!isLeft) continue;
+    p.id = nextId_++;
+    held_.add(scene::bytesHeld(p));
+    auto shared = std::make_shared<const Primitive>(std::move(p));
+    ownFaceSets_.insert(shared);  // chosen: sets of instances further out no longer do
+    cut.primitives.push_back(std::move(shared));
+  }
+  for (size_t k = 0; k < instances.size(); ++k) {
+    Instance i = instances[k];
+    const uint32_t inner = withFaces(i.prototype, faces, r);
+    if (inner != i.prototype) {
+      isCut = true;
+      i.prototype = inner;
+      i.id = nextId_++;
+    }
+    cut.instances.push_back(std::move(i));
+  }
+  uint32_t made = object;
+  if (isCut) {
+    made = uint32_t(prototypes_.size());
+    prototypes_.push_back(std::move(cut));
+    surroundings_ = nullptr;
+  }
+  return withFaces_[{object, faces}] = made;
 }
 
 }  // namespace kinora::rib

@@ -167,9 +167,9 @@ AttributeEnd
 AreaLightSource "PxrStdAreaLight" "a"
 ObjectInstance "leaf" "constant color tint" [1 0 0])");
   expectMessage(r, "RIB-INSTANCE-VALUES", 11);
-  expectMessage(r, "CLASSIC-LIGHT-OUT", 11);
+  EXPECT_EQ(r.messages.size(), 1u) << r.all();
   const Scene& s = r.world();
-  ASSERT_EQ(s.prototypes.size(), 2u);
+  ASSERT_EQ(s.prototypes.size(), 3u);
   EXPECT_EQ(s.prototypes[0].primitives.size(), 1u);
   EXPECT_TRUE(s.prototypes[1].primitives.empty());
   ASSERT_EQ(s.prototypes[1].lights.size(), 1u);
@@ -177,18 +177,62 @@ ObjectInstance "leaf" "constant color tint" [1 0 0])");
   EXPECT_TRUE(s.prototypes[1].lights[0].geometry);
   ASSERT_EQ(s.instances.size(), 2u);
   EXPECT_EQ(s.instances[0].prototype, 1u);
-  EXPECT_EQ(s.instances[1].prototype, 0u) << "a shape of an old light is rendered as ever";
+  EXPECT_EQ(s.instances[1].prototype, 2u) << "as those of an old light";
+  EXPECT_TRUE(s.prototypes[2].primitives.empty());
+  ASSERT_EQ(s.prototypes[2].lights.size(), 1u);
+  EXPECT_EQ(s.prototypes[2].lights[0].node->kind, "AreaLightSource");
 }
 
-TEST(Objects, FaceSetsOfInstancesAreTold) {
-  const Read r = readWorld(R"(ObjectBegin "o"
-Polygon "P" [0 0 0 1 0 0 1 1 0]
+TEST(Objects, FaceSetsOfInstances) {
+  const std::string mesh =
+      "PointsPolygons [3 3 3] [0 1 2 1 2 3 2 3 4] \"P\" [0 0 0 1 0 0 0 1 0 1 1 0 0 2 0] \"uniform float u\" [1 2 "
+      "3]\n";
+  const Read r = readWorld("ObjectBegin \"o\"\n" + mesh +
+                           "Sphere 1 -1 1 360\nAttribute \"shade\" \"int[1] faceset\" [1]\n" + mesh + R"(ObjectEnd
+ObjectBegin "outer"
+ObjectInstance "o"
+MotionBegin [0 1]
+PointsPolygons [3 3] [0 1 2 1 2 3] "P" [0 0 0 1 0 0 0 1 0 1 1 0] "uniform float w" [1 2]
+PointsPolygons [3 3] [0 1 2 1 2 3] "P" [0 0 1 1 0 0 0 1 0 1 1 0] "uniform float w" [3 4]
+MotionEnd
 ObjectEnd
+ObjectInstance "outer"
+AttributeBegin
+Attribute "shade" "int[2] faceset" [2 0]
+ObjectInstance "o"
+ObjectInstance "o"
+AttributeEnd
 Attribute "shade" "int[1] faceset" [0]
 ObjectInstance "o"
+ObjectInstance "outer"
+Attribute "shade" "int[1] faceset" [9]
 ObjectInstance "o")");
-  expectMessage(r, "RIB-NO-EFFECT-FACESET", 6);
+  expectMessage(r, "RIB-INDEX", 25);
   EXPECT_EQ(r.messages.size(), 1u) << r.all();
+  const Scene& s = r.world();
+  ASSERT_EQ(s.instances.size(), 6u);
+  const auto uOf = [&](const Prototype& p, size_t k) { return p.primitives.at(k)->primvars.find("u")->floats; };
+  const auto objectOf = [&](size_t k) -> const Prototype& { return s.prototypes.at(s.instances.prototypeOf(k)); };
+  const std::vector<float> all{1, 2, 3}, ends{1, 3}, own{2}, first{1};
+  EXPECT_EQ(s.instances.prototypeOf(0), 1u) << "without a set it is the object as said";
+  EXPECT_EQ(uOf(s.prototypes[0], 0), all);
+  EXPECT_EQ(s.instances.prototypeOf(1), s.instances.prototypeOf(2)) << "a set is made once";
+  ASSERT_EQ(objectOf(1).primitives.size(), 3u);
+  EXPECT_EQ(uOf(objectOf(1), 0), ends);
+  EXPECT_EQ(uOf(objectOf(1), 2), own) << "a set that is said in the object comes first";
+  EXPECT_EQ(std::get<PolygonMesh>(objectOf(1).primitives[0]->shape).vertices, (std::vector<int>{0, 1, 2, 2, 3, 4}));
+  EXPECT_EQ(uOf(objectOf(3), 0), first);
+  // in objects within, too; all times of a motion block
+  ASSERT_EQ(objectOf(4).instances.size(), 1u);
+  EXPECT_EQ(objectOf(4).instances.prototypeOf(0), s.instances.prototypeOf(3));
+  ASSERT_EQ(objectOf(4).primitives.size(), 1u);
+  const Primitive& moving = *objectOf(4).primitives[0];
+  EXPECT_EQ(moving.primvars.find("w")->floats, (std::vector<float>{1}));
+  ASSERT_EQ(moving.motion.size(), 1u);
+  EXPECT_EQ(moving.motion[0].find("w")->floats, (std::vector<float>{3}));
+  EXPECT_EQ(objectOf(5).primitives.size(), 2u) << "a mesh of none of its faces is left out";
+  for (size_t k = 0; k < s.instances.size(); ++k)
+    EXPECT_FALSE(s.instances.attributesOf(k)->named.find("shade:faceset")) << "not twice to what is written and read";
 }
 
 TEST(Objects, FaceSetsKeepTheirFaces) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "base/diagnostics.h"
@@ -110,6 +111,7 @@ class Interpreter {
     std::map<std::string, scene::NetworkPtr> materials;
     std::map<std::string, State> resources;
     std::unordered_map<std::string, uint32_t> lightSourceOf, prototypeByHandle;
+    std::set<scene::PrimitivePtr> ownFaceSets;
     std::unordered_map<std::string, std::shared_ptr<const Recorded>> inlineArchives;
     std::vector<std::pair<std::string, std::string>> dirmap;
     std::string mainDirectory;
@@ -278,6 +280,11 @@ class Interpreter {
   void applyGeometry(std::vector<Request>& keys, const std::vector<double>& times);
   std::optional<scene::Primitive> primitive(Request& r);
   void emit(scene::Primitive p);
+  void reportNoFace(int face, size_t faces, const std::string& request, const SourcePos& pos);
+  scene::AttributesPtr withoutFaceSet(const scene::AttributesPtr& attributes);
+  // The object, or one like it whose meshes have those faces alone that an instance's "shade:faceset" names: all that
+  // named none of their own, in the objects within it too (attributes that are set inside come first, RISpec 5.9).
+  uint32_t withFaces(uint32_t object, const std::vector<int>& faces, const Request& r);
 
   // ---- archives.cpp
   void readArchive(Request&);
@@ -339,7 +346,21 @@ class Interpreter {
 
   std::vector<scene::Prototype> prototypes_;
   std::unordered_map<std::string, uint32_t> prototypeByHandle_;
+  // In an archive that is read later the first ones are empty there, and are in the world: in the interpreter that
+  // still reads it, or what that left.
+  size_t outerPrototypeCount_ = 0;
+  const Interpreter* outer_ = nullptr;
+  const std::vector<scene::Prototype>* outerPrototypes_ = nullptr;
+  const scene::Prototype& prototypeAt(uint32_t i) const {
+    if (i >= outerPrototypeCount_) return prototypes_[i];
+    return outer_ ? outer_->prototypeAt(i) : (*outerPrototypes_)[i];
+  }
   std::vector<uint32_t> openObjects_;
+  std::set<scene::PrimitivePtr> ownFaceSets_;  // meshes of objects that sets of instances do not reach
+  std::map<std::pair<uint32_t, std::vector<int>>, uint32_t> withFaces_;
+  std::shared_ptr<const scene::Light> lampsOf_;  // the last light that had objects for its shapes
+  std::map<uint32_t, uint32_t> lamps_;           // ... and what was made of these objects
+  std::pair<scene::AttributesPtr, scene::AttributesPtr> lastWithoutFaceSet_;  // of, and what was made of it
   uint32_t solid_ = 0;  // the innermost open one of the world or the object, from 1; 0: none
 
   bool inMotion_ = false, isMotionCut_ = false;  // cut: its times were not all usable

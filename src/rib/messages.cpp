@@ -20,7 +20,8 @@ constexpr Explanation kExplanations[] = {
     {"RIB-DIRECTORY", "A directory was named where a RIB file was expected. Name the file inside it."},
     {"RIB-PROCEDURAL-LIGHT",
      "What a program prints (Procedural \"RunProgram\") is known when a ray first reaches its bound. Which lights "
-     "there are has to be known before the first ray, so lights in it are left out. Attribute \"procedural\" \"int "
+     "there are has to be known before the first ray, so lights in it are left out, and those of objects that it "
+     "places. Attribute \"procedural\" \"int "
      "immediatesubdivide\" [1] before it, or a bound without end, has it run with the scene. Archives are searched "
      "for lights while the scene is read, and those that hold some are read with it; one that changes between the "
      "two "

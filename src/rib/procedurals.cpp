@@ -86,6 +86,10 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       if (!world) world = std::move(s);
     });
     prepare(in, as);
+    if (around_->prototypes->size() >= around_->prototypeCount) {
+      in.outerPrototypes_ = around_->prototypes.get();
+      in.outerPrototypeCount_ = around_->prototypeCount;
+    }
     if (isAgain) in.archiveReads_ = std::make_shared<std::atomic<int>>(0);
     read(in);
     const auto shared = in.worldPrototypes_;  // those that what is nested here will ask for
@@ -104,19 +108,12 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       out.contents.emplace_back(path, digestOfFile(path).value_or(Digest()));
     }
     if (!world) return out;
-    if (const size_t lights = world->lights.size() + world->classicLights.size())
-      in.report(Severity::Error, "RIB-PROCEDURAL-LIGHT",
-                world->lights.empty() ? world->classicLights[0].node->pos : world->lights[0].node->pos,
-                "'" + what_.data[0].substr(0, 200) + "' says " + std::to_string(lights) +
-                    (lights == 1 ? " light" : " lights") + " once a ray has reached its bound",
-                "they are left out: which lights there are is known before the first ray",
-                "an archive in place of a program, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before "
-                "it, reads it at once");
     out.primitives = std::move(world->primitives);
     out.instances = std::move(world->instances);
     out.solids = std::move(world->solids);
     out.prototypes =
         objectsOf(out.instances, std::move(in.prototypes_), around_->prototypeCount, around_->prototypes.get());
+    leaveOutLights(in, *world, out.prototypes);
     if (in.doneProcedurals_) out.nested = *in.doneProcedurals_;
     return out;
   }
@@ -156,8 +153,10 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     Diagnostics unheard([](const std::string&, Severity) {});  // it says it all once it is read for itself
     Interpreter in(unheard, around_->read, {});
     prepare(in, as);
-    read(in);
     const size_t count = around_->prototypeCount;
+    in.outer_ = &to;
+    in.outerPrototypeCount_ = count;
+    read(in);
     in.findInDelayed({});
     const auto first = uint32_t(to.prototypes_.size());
     for (size_t k = count; k < in.prototypes_.size(); ++k) {
@@ -165,7 +164,9 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       for (scene::PrimitivePtr& shared : p.primitives) {
         auto own = std::make_shared<scene::Primitive>(*shared);
         own->id = to.nextId_++;
+        const bool choseFaces = in.ownFaceSets_.contains(shared);
         shared = std::move(own);
+        if (choseFaces) to.ownFaceSets_.insert(shared);
       }
       scene::InstanceList instances;
       for (size_t i = 0; i < p.instances.size(); ++i) {
@@ -183,6 +184,27 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
   }
 
  private:
+  // Those of objects that it places too, its own and the world's: they would shine from when a ray came by.
+  void leaveOutLights(Interpreter& in, const scene::Scene& world, std::vector<scene::Prototype>& objects) const {
+    size_t lights = world.lights.size() + world.classicLights.size();
+    const scene::Light* first = !world.lights.empty()          ? &world.lights[0]
+                                : !world.classicLights.empty() ? &world.classicLights[0]
+                                                               : nullptr;
+    for (const scene::Prototype& o : objects) {
+      if (!first && !o.lights.empty()) first = &o.lights[0];
+      lights += o.lights.size();
+    }
+    if (lights == 0) return;
+    in.report(Severity::Error, "RIB-PROCEDURAL-LIGHT", first->node->pos,
+              "'" + what_.data[0].substr(0, 200) + "' says " + std::to_string(lights) +
+                  (lights == 1 ? " light" : " lights") +
+                  ", or places objects with them, once a ray has reached its bound",
+              "they are left out: which lights there are is known before the first ray",
+              "an archive in place of a program, or Attribute \"procedural\" \"int immediatesubdivide\" [1] before "
+              "it, reads it at once");
+    for (scene::Prototype& o : objects) o.lights.clear();
+  }
+
   void read(Interpreter& in) const {
     Request request;
     request.name = "Procedural";
@@ -203,12 +225,13 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
     in.resources_ = from.resources;
     in.lightSourceOf_ = from.lightSourceOf;
     in.prototypeByHandle_ = from.prototypeByHandle;
+    in.ownFaceSets_ = from.ownFaceSets;
     in.inlineArchives_ = from.inlineArchives;
     in.dirmap_ = from.dirmap;
     in.mainDirectory_ = from.mainDirectory;
     in.marker_ = from.marker;
     in.bareMarker_ = from.bareMarker;
-    in.prototypes_.resize(from.prototypeCount);  // theirs are not looked at
+    in.prototypes_.resize(from.prototypeCount);  // theirs are seen where they are: prototypeAt()
     in.archiveReads_ = from.archiveReads;
     in.ancestors_ = ancestors;
     in.state_ = state_;
@@ -248,6 +271,7 @@ std::shared_ptr<const Interpreter::Surroundings> Interpreter::surroundings() {
   s->resources = resources_;
   s->lightSourceOf = lightSourceOf_;
   s->prototypeByHandle = prototypeByHandle_;
+  s->ownFaceSets = ownFaceSets_;
   s->inlineArchives = inlineArchives_;
   s->dirmap = dirmap_;
   s->mainDirectory = mainDirectory_;

@@ -94,6 +94,9 @@ ArchiveEnd
 ObjectBegin "thing"
 Sphere 2 -2 2 360
 ObjectEnd
+ObjectBegin "mesh"
+PointsPolygons [3 3] [0 1 2 1 2 3] "P" [0 0 0 1 0 0 0 1 0 1 1 0]
+ObjectEnd
 AttributeBegin
 Translate 1 2 3
 CoordinateSystem "here"
@@ -134,6 +137,8 @@ ObjectEnd
 ObjectInstance "own"
 AttributeBegin
 Translate 5 5 5
+Attribute "shade" "int[1] faceset" [1]
+ObjectInstance "mesh"
 )");
   write(folder, "more/b.rib", R"(Bxdf "PxrDiffuse" "c" "reference color diffuseColor" ["outer:resultRGB"]
 Torus 1 .5 0 360 360
@@ -151,7 +156,7 @@ ObjectInstance "thing"
   std::sort(atOnce.things.begin(), atOnce.things.end());
   std::sort(delayed.things.begin(), delayed.things.end());
   EXPECT_EQ(delayed.things, atOnce.things);
-  EXPECT_EQ(atOnce.things.size(), 13u);
+  EXPECT_EQ(atOnce.things.size(), 15u);
   // the block that a.rib leaves open ends with it, and is named
   EXPECT_NE(delayed.said.find("a.rib:17: error RIB-NESTING"), std::string::npos) << delayed.said;
   std::filesystem::remove_all(folder);

@@ -187,32 +187,24 @@ void Interpreter::lightFilter(Request& r) {
   state_.lightFilters.push_back({n, state_.ctm});
 }
 
+// LightSource and its like stand apart in the world, where objects list those that shine on them. In an object they
+// are lights as all others: they shine from each of its places, on everything.
 void Interpreter::addLight(scene::Light l) {
-  const bool classic = l.node->kind != "Light";
-  if (classic &&
-      !openObjects_.empty()) {  // they are of the world; there they would shine once, where nobody put them
-    if (lateReported_.insert(l.node).second)
-      report(Severity::Warning, "CLASSIC-LIGHT-OUT", l.node->pos,
-             l.node->kind + " '" + l.node->plugin + "' stands in an object",
-             l.geometry ? "its shapes are rendered and give no light" : "it is left out",
-             "lights of the request Light may stand in objects");
+  l.id = nextId_++;
+  if (!openObjects_.empty()) {
+    if (l.node->kind == "LightSource") lightSourceOf_.erase(l.node->handle);  // Illuminate knows it by its name
+    prototypes_[openObjects_.back()].lights.push_back(std::move(l));
+    lightingObjects_.insert(openObjects_.back());
     return;
   }
-  l.id = nextId_++;
   if (l.node->kind == "LightSource") {
     lightSourceOf_[l.node->handle] = l.id;
     switchLightSource(l.id, true);
   }
-  if (!inWorldOrObject()) {
+  if (!inWorldOrObject())
     frame_.cameraLights.push_back(std::move(l));
-  } else if (classic) {
-    if (world_) world_->classicLights.push_back(std::move(l));
-  } else if (openObjects_.empty()) {
-    world_->lights.push_back(std::move(l));
-  } else {
-    prototypes_[openObjects_.back()].lights.push_back(std::move(l));
-    lightingObjects_.insert(openObjects_.back());
-  }
+  else
+    (l.node->kind == "Light" ? world_->lights : world_->classicLights).push_back(std::move(l));
 }
 
 void Interpreter::light(Request& r) {

@@ -175,22 +175,39 @@ Sphere 1 -1 1 360)");
   EXPECT_TRUE(r.messages.empty()) << r.all();
 }
 
-// Those of the world: in an object they would shine once, in its space, whether it is placed or not.
-TEST(Lights, ClassicOnesInObjectsAreRefused) {
-  const Read r = readWorld(R"(ObjectBegin "lamp"
-LightSource "pointlight" 1 "from" [1 2 3]
-AreaLightSource "area" 2
+// They stand in it, as other lights do, and no list of the world's names them.
+TEST(Lights, ClassicOnesInObjects) {
+  const Read r = readWorld(R"(LightSource "pointlight" 1
+ObjectBegin "lamp"
+LightSource "pointlight" 2 "from" [1 2 3]
+Translate 0 0 1
+AreaLightSource "area" 3
 Sphere 1 -1 1 360
 Sphere 2 -2 2 360
+AreaLightSource "" 4
+Sphere 4 -4 4 360
 ObjectEnd
 ObjectInstance "lamp"
+Illuminate 2 0
 Sphere 3 -3 3 360)");
   ASSERT_EQ(r.world().prototypes.size(), 1u);
-  EXPECT_EQ(r.world().prototypes[0].primitives.size(), 2u) << "their shapes are there";
-  EXPECT_TRUE(r.world().classicLights.empty());
-  EXPECT_EQ(r.primitive(0).attributes->lightSources, nullptr);
-  EXPECT_EQ(r.count("CLASSIC-LIGHT-OUT"), 2u) << r.all();
-  EXPECT_EQ(r.messages.size(), 2u) << r.all();
+  const Prototype& lamp = r.world().prototypes[0];
+  EXPECT_EQ(lamp.primitives.size(), 1u) << "shapes of lights belong to them";
+  ASSERT_EQ(lamp.lights.size(), 3u);
+  EXPECT_FALSE(lamp.lights[0].geometry);
+  for (size_t k = 1; k < 3; ++k) {
+    ASSERT_TRUE(lamp.lights[k].geometry);
+    EXPECT_EQ(lamp.lights[k].geometry->toWorld.matrices[0].translation(), Imath::V3d(0, 0, 1));
+    EXPECT_EQ(std::get<Quadric>(lamp.lights[k].geometry->shape).args[0], float(k));
+  }
+  ASSERT_EQ(r.world().classicLights.size(), 1u);
+  EXPECT_EQ(lamp.primitives[0]->attributes->lightSources, nullptr);
+  ASSERT_TRUE(r.primitive(0).attributes->lightSources);
+  EXPECT_EQ(*r.primitive(0).attributes->lightSources, (std::vector<uint32_t>{r.world().classicLights[0].id}));
+  const Parameter* off = r.primitive(0).attributes->named.find("illuminate:off");
+  ASSERT_TRUE(off);
+  EXPECT_EQ(off->strings, (std::vector<std::string>{"2"}));
+  expectClean(r);
 }
 
 TEST(Lights, BeforeTheWorldMoveWithTheCamera) {

@@ -204,7 +204,7 @@ struct Prototype {
   std::string name;
   std::vector<PrimitivePtr> primitives;
   InstanceList instances;
-  std::vector<Light> lights;
+  std::vector<Light> lights;  // LightSource and AreaLightSource too; shapes of lights are none of `primitives`
   std::vector<Solid> solids;
   SourcePos pos;
 };

@@ -580,6 +580,34 @@ TEST(Procedurals, LightsOfProgramsAreLeftOutAndNamed) {
   EXPECT_EQ(lit.statistics.procedurals, 0u);
 }
 
+// They shone from the ray on that ran the program, without what --set says of lights.
+TEST(Procedurals, LightsOfObjectsThatProgramsPlaceAreLeftOutAndNamed) {
+  const std::string object =
+      "ObjectBegin \"o\"\n" + kBoxes + "Light \"PxrSphereLight\" \"l\" \"float intensity\" [100]\nObjectEnd\n";
+  const auto scene = [&](const Folder& folder, const std::string& before) {
+    std::ofstream(folder.file("scene.rib"))
+        << world("Translate 0 0 5\n" + before + "Procedural \"RunProgram\" [\"cat " + folder.file("a.rib") +
+                 "\" \"x\"] [-.6 .6 -.6 .6 -.6 .6]\n");
+  };
+  const Folder outer({{"a.rib", kBall + "ObjectInstance \"o\"\n"}}),
+      own({{"a.rib", object + "ObjectInstance \"o\"\n"}});
+  const std::string now = "Attribute \"procedural\" \"int immediatesubdivide\" [1]\n";
+  for (const bool isOuter : {true, false}) {
+    const Folder& folder = isOuter ? outer : own;
+    scene(folder, isOuter ? object : "");
+    const Rendered r = rendered(folder, {}, true);
+    EXPECT_NE(r.said.find("RIB-PROCEDURAL-LIGHT"), std::string::npos) << isOuter << r.said;
+    EXPECT_EQ(r.statistics.lights, 3u) << isOuter;
+    scene(folder, (isOuter ? object : "") + now);
+    const Rendered lit = rendered(folder, {}, true);
+    EXPECT_EQ(lit.said, "") << isOuter;
+    EXPECT_EQ(lit.statistics.lights, 4u) << isOuter;
+    render::Settings dark;
+    dark.sets = {{"light.intensity", "0"}};
+    EXPECT_FALSE(rendered(folder, dark, true).sums == lit.sums) << "what is read at once is set as all lights are";
+  }
+}
+
 TEST(Procedurals, WhatReachesBeyondItsBoundIsNamed) {
   const Folder folder(
       {{"scene.rib", world(delayed("0 0 5", "a.rib", "-.25 .25 -.25 .25 -.25 .25"))}, {"a.rib", kBall}});

@@ -192,6 +192,47 @@ TEST(ClassicLights, AreaLightsOfAnyName) {
   }
 }
 
+// Lights in objects shine from each instance: what two places give together is what lights said there give.
+TEST(ClassicLights, InObjectsTheyShineFromEachInstance) {
+  const auto point = [](double x, double z) {  // seen at (0, 0, 2)
+    const double d2 = x * x + (2 - z) * (2 - z);
+    return 4 / d2 * (2 - z) / std::sqrt(d2);
+  };
+  const std::string lamp =
+      "ObjectBegin \"lamp\"\nTranslate 1 0 0\nLightSource \"pointlight\" 1 \"intensity\" 4 \"from\" [0 0 "
+      ".5]\nObjectEnd\n";
+  const std::string inLamp =
+      "ObjectBegin \"two\"\nObjectInstance \"lamp\"\nTranslate 0 0 1\nObjectInstance \"lamp\"\nObjectEnd\n";
+  EXPECT_SEEN(scene(lamp + "ObjectInstance \"lamp\"\n"), point(1, .5));
+  // one of two lights a sample
+  const double both = point(2, .5) + point(0, -.5), nested = point(1, .5) + point(1, 1.5);
+  EXPECT_NEAR(
+      radiance(
+          scene(lamp + "AttributeBegin\nTranslate -3 0 0\nObjectInstance \"lamp\"\nAttributeEnd\nAttributeBegin\n"
+                       "Translate -1 0 -1\nObjectInstance \"lamp\"\nAttributeEnd\n"),
+          4),
+      both, .03 * both);
+  EXPECT_NEAR(radiance(scene(lamp + inLamp + "ObjectInstance \"two\"\n"), 4), nested, .03 * nested);
+  EXPECT_EQ(radiance(scene(lamp)), 0) << "nobody placed it";
+  EXPECT_EQ(radiance(scene(lamp + "ObjectInstance \"lamp\"\nIlluminate 1 0\n")), 0);
+  // an area light: its shape in the object, or an object for its shape
+  const std::string area = "AreaLightSource \"area\" 1 \"intensity\" 4\n", ball = "Sphere .05 -.05 .05 360\n";
+  RenderRequest said, inside, shape, none;
+  said.rib = scene("AttributeBegin\nTranslate .5 0 0\n" + area + ball + "AttributeEnd\n");
+  inside.rib = scene("ObjectBegin \"o\"\n" + area + ball +
+                     "ObjectEnd\nAttributeBegin\nTranslate .5 0 0\nObjectInstance \"o\"\nAttributeEnd\n");
+  shape.rib = scene("ObjectBegin \"o\"\n" + ball + "ObjectEnd\nAttributeBegin\nTranslate .5 0 0\n" + area +
+                    "ObjectInstance \"o\"\nAttributeEnd\n");
+  const double expected = overSeeds(said, 4).mean();
+  EXPECT_GT(expected, .1);
+  EXPECT_NEAR(overSeeds(inside, 4).mean(), expected, .03 * expected);
+  EXPECT_NEAR(overSeeds(shape, 4).mean(), expected, .03 * expected);
+  none.rib = scene("ObjectBegin \"o\"\nLightSource \"ambientlight\" 1\nObjectEnd\nObjectInstance \"o\"\n");
+  SceneRender render(none);
+  EXPECT_EQ(overPixels(render.channel("Ci")).mean(), 0);
+  EXPECT_TRUE(says(render, "CLASSIC-LIGHT-OUT"));
+}
+
 // A light of which nothing is known is told of; where it was the only one the headlight stays on.
 TEST(ClassicLights, NothingKnownIsNotBlack) {
   RenderRequest r;
