@@ -8,6 +8,13 @@
  *   RtVoid    Subdivide(RtPointer data, RtFloat detail);   calls of the interface
  *   RtVoid    Free(RtPointer data);
  *
+ * One for Procedural2 "DynamicLoad2" defines
+ *
+ *   RtVoid Subdivide2(RtContextHandle context, RtFloat detail, RtInt n, RtToken tokens[], RtPointer values[]);
+ *
+ * which is given the parameters of the request: tokens "type name" or "type[n] name" without a class, and arrays of
+ * RtInt, RtFloat or RtString. Without it the first three are called, with the request's "string data".
+ *
  * detail: how large the bound is on the screen, in pixels (area). Each function with a parameter list exists twice: with
  * pairs of token and pointer that end with RI_NULL, and, with a V at the end of its name, with arrays of n of them.
  * Values are in the space of the request, as in RIB. Names and types are those of the RenderMan Interface Specification

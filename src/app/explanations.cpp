@@ -335,7 +335,8 @@ constexpr Explanation kRooms[] = {
      "budget together (--geometry-cache, Option \"limits\" \"int geocachememory\" in KiB, or a half of "
      "--memory-limit). "
      "Paths are followed in groups, of which a small one has 16. Some of these meet more at the same time than the "
-     "budget holds, so that it is passed for their sake. The picture is the same."},
+     "budget holds, so that it is passed for their sake. The picture is the same. Integrators that keep records of "
+     "light paths (PxrVCM, PxrUnified with traceLightPaths) hold all that was read, and say so where it is more."},
     {"RENDER-PROCEDURAL-CHANGED",
      "An archive, or what a program prints, is not what it was when it was first read for this frame: it had been "
      "dropped "

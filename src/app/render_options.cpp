@@ -207,8 +207,9 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("MODE");
   app.add_option("--stats", out.statsFile, "write where time and memory went; .json, .html or .txt")
       ->type_name("FILE");
-  app.add_flag("--allow-exec", out.allowExec,
-               "let the scene run programs and shared objects (Procedural \"RunProgram\", \"DynamicLoad\")");
+  app.add_flag(
+      "--allow-exec", out.allowExec,
+      "let the scene run programs and shared objects (Procedural and Procedural2 \"RunProgram\", \"DynamicLoad\")");
   app.add_flag("--read-procedurals", s.readsAllProcedurals,
                "read delayed archives before the first sample; changes no pixel");
   takeOneAtATime(app.add_option("--plugin-path", out.pluginPath, "look for plug-ins here first; may be repeated")

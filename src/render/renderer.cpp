@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "base/memory.h"
 #include "film/display_output.h"
@@ -64,6 +65,7 @@ struct Renderer::Impl {
   FileContents::Names filesOfIntegrator;
   bool isReady = false;   // there is a world to render
   bool isEdited = false;  // the scene is that of the world before, edited
+  bool saidAllIsHeld = false;
   std::unique_ptr<film::Film> film;
   std::unique_ptr<film::DisplayOutput> output;
   std::unique_ptr<Frame> frame;
@@ -447,7 +449,8 @@ struct Renderer::Impl {
       g->needs.erase(std::unique(g->needs.begin(), g->needs.end()), g->needs.end());
     }
     uint64_t budget = proceduralBudget();
-    // records between stages name what stands in the world
+    // Records between stages name the objects and triangles of their vertices by places in the world, which are others
+    // once something was dropped, and camera paths shade those vertices again.
     if (!budget || frame->store()) budget = std::numeric_limits<uint64_t>::max();
     std::vector<uint32_t> needed;
     for (const WaitingGroup* g : groups) needed.insert(needed.end(), g->needs.begin(), g->needs.end());
@@ -466,7 +469,15 @@ struct Renderer::Impl {
                       asBinaryBytes(p.needed), asBinaryBytes(budget)),
           "they are held together", "a larger --geometry-cache, or archives with less in each");
     if (p.read.empty() && p.drop.empty()) return true;
-    return changeProcedurals(p.drop, p.read);
+    if (!changeProcedurals(p.drop, p.read)) return false;
+    if (frame->store() && proceduralBudget() && stats.proceduralBytes > proceduralBudget() &&
+        !std::exchange(saidAllIsHeld, true))
+      diagnostics.warning("RENDER-PROCEDURAL-BUDGET", scene.pos,
+                          fmt::format("procedurals hold more than the {} that they may, and the records of light "
+                                      "paths name what is in them",
+                                      asBinaryBytes(proceduralBudget())),
+                          "nothing that was read is dropped", "PxrPathTracer keeps no such records");
+    return true;
   }
 
   bool readAllProcedurals() {
@@ -618,7 +629,7 @@ bool Renderer::load(scene::Scene scene, std::shared_ptr<const scene::ProceduralS
   m.stats = Statistics();
   m.identity.wait();
   m.forget();
-  m.isEdited = false;
+  m.isEdited = m.saidAllIsHeld = false;
   m.scene = std::move(scene);
   m.procedurals.setSources(std::move(procedurals));
   if (!m.build()) return false;

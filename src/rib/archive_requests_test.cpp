@@ -2,10 +2,13 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <variant>
 
 #include "rib/test_support.h"
+#include "scene/digests.h"
+#include "scene/procedural.h"
 
 namespace kinora::rib {
 namespace {
@@ -71,6 +74,62 @@ TEST(Programs, AreRunWhereThatIsAllowed) {
   EXPECT_EQ(disk.kind, Quadric::Kind::Disk);
   EXPECT_EQ(disk.args[1], 2);
   EXPECT_EQ((*r.primitive(1).attributes->color)[0], 1) << "attributes are as they were";
+}
+
+// The words of Procedural2 say what those of Procedural say; the 2 of the kind may be left out.
+TEST(Programs, OfProcedural2AreRunByTheirParameters) {
+  const std::string script = ::testing::TempDir() + "disk_maker_2";
+  std::ofstream(script) << "#!/bin/sh\nread detail radius\necho Disk $1 $radius 360\n";
+  std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  const std::string parameters = " \"string filename\" [\"" + script + " 7\"] \"string data\" [\"2\"]";
+  ReadOptions allowed;
+  allowed.allowExec = true;
+  for (const char* kind : {"RunProgram2", "RunProgram"}) {
+    const std::string request = "Procedural2 \"" + std::string(kind) + "\" \"SimpleBound\"" + parameters;
+    for (const char* bound : {"", " \"float[6] bound\" [0 1 0 1 0 1]", " \"float[2] bound\" [0 1]"}) {
+      const Read r = readWorld(request + bound, allowed);
+      ASSERT_EQ(r.world().primitives.size(), 1u) << r.all();
+      EXPECT_TRUE(r.messages.empty()) << r.all();
+      const auto& disk = std::get<Quadric>(r.primitive(0).shape);
+      EXPECT_EQ(disk.kind, Quadric::Kind::Disk);
+      EXPECT_EQ(disk.args[0], 7);
+      EXPECT_EQ(disk.args[1], 2);
+    }
+    expectMessage(readWorld(request), "RIB-KEPT-PROGRAM", 2);
+  }
+  const Read nameless = readWorld("Procedural2 \"RunProgram2\" \"SimpleBound\" \"string data\" [\"2\"]", allowed);
+  EXPECT_EQ(nameless.count("RIB-ARGUMENTS"), 1u) << nameless.all();
+}
+
+// With a bound they wait for rays; which program, with which words, is a part of what the scene is known by.
+TEST(Programs, OfProcedural2WaitWhereTheyHaveABound) {
+  ReadOptions options;
+  options.allowExec = options.delaysProcedurals = true;
+  options.proceduralHost = "/nowhere/at/all";
+  std::set<std::string> digests;
+  const std::string bound = " \"float[6] bound\" [-1 1 -2 2 -3 3]";
+  for (const std::string& request :
+       {std::string("\"RunProgram2\" \"SimpleBound\" \"string filename\" [\"a\"] \"string data\" [\"1\"]"),
+        std::string("\"RunProgram2\" \"SimpleBound\" \"string filename\" [\"a\"] \"string data\" [\"2\"]"),
+        std::string("\"DynamicLoad2\" \"SimpleBound\" \"string dsoname\" [\"a\"] \"int seed\" [1]"),
+        std::string("\"DynamicLoad2\" \"SimpleBound\" \"string dsoname\" [\"a\"] \"int seed\" [2]")}) {
+    const Read r = readWorld("Procedural2 " + request + bound, options);
+    EXPECT_TRUE(r.messages.empty()) << r.all();
+    ASSERT_EQ(r.world().primitives.size(), 1u) << request;
+    ASSERT_TRUE(boundOf(r.primitive(0))) << request;
+    EXPECT_EQ(boundOf(r.primitive(0))->max, Imath::V3d(1, 2, 3));
+    EXPECT_TRUE(digests.insert(ownDigestOf(r.primitive(0)).str()).second) << request;
+  }
+  // at once: there is no such object, and no such program
+  for (const std::string& request :
+       {"\"DynamicLoad2\" \"DSOBound\" \"string dsoname\" [\"a\"]" + bound,
+        std::string("\"DynamicLoad2\" \"SimpleBound\" \"string dsoname\" [\"a\"]"),
+        "\"RunProgram2\" \"SimpleBound\" \"string filename\" [\"/nowhere/at/all\"] \"int __immediatesubdivide\" [1]" +
+            bound}) {
+    const Read r = readWorld("Procedural2 " + request + "\nSphere 1 -1 1 360", options);
+    EXPECT_EQ(r.count("RIB-PROGRAM"), 1u) << request << r.all();
+    EXPECT_EQ(r.world().primitives.size(), 1u) << request;
+  }
 }
 
 TEST(Programs, ThatFailAreLeftOut) {

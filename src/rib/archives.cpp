@@ -4,8 +4,38 @@
 #include "rib/archive_search.h"
 #include "rib/interpreter.h"
 #include "rib/run_program.h"
+#include "rib/words.h"
 
 namespace kinora::rib {
+
+namespace {
+
+// A parameter list as kinora-procedural reads it: tokens "type name" or "type[n] name", since a shared object has no
+// vertices for classes to count.
+std::string textOf(const scene::ParameterList& list) {
+  std::string text;
+  const auto values = [&](const auto& all, const auto& append) {
+    text += " [";
+    for (const auto& v : all) {
+      append(v, text);
+      text += ' ';
+    }
+    text += "] ";
+  };
+  for (const scene::Parameter& p : list) {
+    const std::string length = p.isArray ? "[" + std::to_string(p.arrayLength) + "]" : "";
+    appendString(nameOf(p.type) + length + " " + p.name, text);
+    if (!p.strings.empty())
+      values(p.strings, appendString);
+    else if (!p.ints.empty())
+      values(p.ints, appendNumber<int>);
+    else
+      values(p.floats, appendNumber<float>);
+  }
+  return text;
+}
+
+}  // namespace
 
 void Interpreter::archiveBegin(Request& r) {
   Cursor c(r);
@@ -112,10 +142,10 @@ bool Interpreter::runs(std::string_view kind) const {
 void Interpreter::readProgram(const Delayed& what, const Request& r) {
   const std::string& command = what.data[0];
   const std::string data = what.data.size() > 1 ? what.data[1] : std::string();
-  const bool isObject = what.kind == "DynamicLoad";
+  const bool isObject = what.isObject();
   const std::string name = (isObject ? "the shared object '" : "the program '") + command.substr(0, 200) + "'";
   Source s;
-  s.identity = "program:" + command + "\n" + data;
+  s.identity = "program:" + command + "\n" + data + what.parameters;
   if (!mayReadAnother(command, r) || readsItself(s.identity, name, r)) return;
   const std::string from = r.pos.file ? *r.pos.file : std::string();
   constexpr const char* kDetail = "1000000";  // all there is: how large it is seen is not known yet
@@ -131,6 +161,7 @@ void Interpreter::readProgram(const Delayed& what, const Request& r) {
     words = {read_.proceduralHost, std::filesystem::absolute(file).string(), "--detail", kDetail};
     if (!what.bound.empty()) words.push_back("--bound");
     for (const double x : what.bound) words.push_back(std::to_string(x));
+    if (!what.parameters.empty()) words.push_back("--list");
   } else {
     for (size_t at = 0; (at = command.find_first_not_of(" \t", at)) != std::string::npos;) {
       const size_t end = std::min(command.find_first_of(" \t", at), command.size());
@@ -146,7 +177,10 @@ void Interpreter::readProgram(const Delayed& what, const Request& r) {
   limits.seconds = read_.programSeconds;
   limits.stop = read_.stop;
   std::string why;
-  std::optional<std::string> text = runProgram(words, isObject ? data : kDetail + (" " + data + "\n"), limits, why);
+  const std::string request = !isObject                 ? kDetail + (" " + data + "\n")
+                              : what.parameters.empty() ? data
+                                                        : what.parameters;
+  std::optional<std::string> text = runProgram(words, request, limits, why);
   if (!text) {
     report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " gives nothing: " + why, "it is left out");
     return;
@@ -178,20 +212,31 @@ void Interpreter::procedural(Request& r) {
   geometryRequest(r);
 }
 
+// As Procedural, with named parameters.
 void Interpreter::procedural2(Request& r) {
   Cursor c(r);
-  std::string kind, bound;
+  std::string kind, boundKind;
   if (!c.string(kind)) return badArguments(r, "a kind and its arguments");
-  if (kind != "DelayedReadArchive2") return geometryRequest(r);
-  c.string(bound);
+  if (kind.ends_with('2')) kind.pop_back();  // both spellings are in use
+  const bool isArchive = kind == "DelayedReadArchive";
+  if (!isArchive && !runs(kind)) return geometryRequest(r);
+  c.string(boundKind);
   const scene::ParameterList given = parameters(r, c.at, Use::Node);
-  const std::string file = given.getString("filename", "");
-  if (file.empty()) return badArguments(r, "\"string filename\"");
-  Delayed what{kind, {file}, {}};
-  if (const scene::Parameter* p = given.find("bound")) what.bound.assign(p->floats.begin(), p->floats.end());
+  Delayed what{kind, {}, {}};
+  const char* const name = what.isObject() ? "dsoname" : "filename";
+  what.data = {given.getString(name, "")};
+  if (what.data[0].empty()) return badArguments(r, std::string("\"string ") + name + "\"");
+  if (what.isObject())
+    what.parameters = textOf(given);
+  else if (what.isProgram())
+    what.data.push_back(given.getString("data", ""));
+  // the bound of a DSOBound is the object's own knowledge: without one it is run with the scene
+  if (const scene::Parameter* p = given.find("bound"); p && p->floats.size() == 6 && boundKind != "DSOBound")
+    what.bound.assign(p->floats.begin(), p->floats.end());
   // as an exporter says it
   if (!given.getInt("__immediatesubdivide", 0) && delay(what, r)) return;
-  readNamedArchive(file, r, true);
+  if (isArchive) return readNamedArchive(what.data[0], r, true);
+  readProgram(what, r);
 }
 
 }  // namespace kinora::rib

@@ -366,30 +366,31 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
 void Interpreter::reportKept(const Request& r) {
   // the shape of an area light is that of what stands in for the light, and not seen otherwise
   if (r.name == "Geometry" && state_.emitter && state_.emitter->node->kind == "AreaLightSource") return;
-  if (r.name == "Procedural" && r.count > 1 && r.args[0].isString() && r.args[0].strings[0] == "RunProgram") {
-    const std::string program = r.args[1].strings.empty() ? std::string() : r.args[1].strings[0];
-    report(Severity::Warning, "RIB-KEPT-PROGRAM", r.pos, "the program '" + program.substr(0, 200) + "' is not run",
-           "it is kept in the scene description without effect",
-           "--allow-exec lets scenes run programs: only for scenes that you trust");
-    return;
-  }
-  if (r.name.starts_with("Procedural") && r.count > 0 && r.args[0].isString() &&
-      r.args[0].strings[0].starts_with("DynamicLoad")) {
+  if (r.name.starts_with("Procedural") && r.count > 1 && r.args[0].isString()) {
+    const std::string& kind = r.args[0].strings[0];
+    const bool isObject = kind.starts_with("DynamicLoad");
     // Procedural says which by its second argument, Procedural2 by a parameter
-    std::string object;
-    for (size_t k = 1; k + 1 < r.count && object.empty(); ++k)
-      if (r.args[k].isString() && r.args[k].strings.size() == 1 && r.args[k].strings[0].ends_with("dsoname") &&
+    std::string which;
+    for (size_t k = 1; r.name == "Procedural2" && k + 1 < r.count && which.empty(); ++k)
+      if (r.args[k].isString() && r.args[k].strings[0].ends_with(isObject ? "dsoname" : "filename") &&
           !r.args[k + 1].strings.empty())
-        object = r.args[k + 1].strings[0];
-    if (object.empty() && r.count > 1 && !r.args[1].strings.empty()) object = r.args[1].strings[0];
-    if (!keptNames_.insert(r.name + " " + object).second) return;
-    report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
-           "the shared object '" + object.substr(0, 200) + "' of a " + r.args[0].strings[0] + " is not loaded",
-           "what it would draw is left out; the request is kept in the scene description",
-           r.args[0].strings[0] == "DynamicLoad"
-               ? "--allow-exec lets scenes run shared objects: only for scenes that you trust"
-               : "Procedural \"DynamicLoad\" or \"RunProgram\" with --allow-exec runs an object or a program");
-    return;
+        which = r.args[k + 1].strings[0];
+    if (r.name == "Procedural" && !r.args[1].strings.empty()) which = r.args[1].strings[0];
+    which.resize(std::min<size_t>(which.size(), 200));
+    if (kind.starts_with("RunProgram")) {
+      report(Severity::Warning, "RIB-KEPT-PROGRAM", r.pos, "the program '" + which + "' is not run",
+             "it is kept in the scene description without effect",
+             "--allow-exec lets scenes run programs: only for scenes that you trust");
+      return;
+    }
+    if (isObject) {
+      if (!keptNames_.insert(r.name + " " + which).second) return;
+      report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
+             "the shared object '" + which + "' of a " + kind.substr(0, 60) + " is not loaded",
+             "what it would draw is left out; the request is kept in the scene description",
+             "--allow-exec lets scenes run shared objects: only for scenes that you trust");
+      return;
+    }
   }
   static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",
                                                   "Interior", "Exterior",   "Deformation"};

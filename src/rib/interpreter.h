@@ -295,10 +295,12 @@ class Interpreter {
   // ---- procedurals.cpp
   // What a procedural reads: the file of an archive, or a program or shared object and the data for it.
   struct Delayed {
-    std::string kind;
+    std::string kind;  // of Procedural: DelayedReadArchive, RunProgram, DynamicLoad
     std::vector<std::string> data;
-    std::vector<double> bound;  // empty: none
-    bool isProgram() const { return kind == "RunProgram" || kind == "DynamicLoad"; }
+    std::vector<double> bound;    // 6; empty: none
+    std::string parameters = {};  // of the Procedural2 of a shared object: its list, as RIB
+    bool isObject() const { return kind == "DynamicLoad"; }
+    bool isProgram() const { return kind == "RunProgram" || isObject(); }
   };
   // False where it must be read now: its bound is none, or what it says belongs to what is open around it.
   bool delay(const Delayed& what, const Request& r);

@@ -195,7 +195,8 @@ constexpr Explanation kExplanations[] = {
      "is written again, and has no effect on the picture. Each such request is reported once, where it is first "
      "met."},
     {"RIB-PROGRAM",
-     "Procedural \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output would be part "
+     "Procedural or Procedural2 \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output "
+     "would be part "
      "of "
      "the scene. It is run, since --allow-exec was given, but is not found, cannot be started, crashes, fails "
      "without "
@@ -203,7 +204,8 @@ constexpr Explanation kExplanations[] = {
      "are run by kinora-procedural, which stands beside kinora; what it prints to standard error says more, and "
      "kinora-procedural OBJECT DATA runs it by hand."},
     {"RIB-KEPT-PROGRAM",
-     "Procedural \"RunProgram\" names a program whose output would be part of the scene. Programs are run with "
+     "Procedural or Procedural2 \"RunProgram\" names a program whose output would be part of the scene. Programs are "
+     "run with "
      "--allow-exec alone: a scene from elsewhere could do anything with the rights of who renders it."},
     {"ASSET-MISSING-ARCHIVE",
      "An archive named by ReadArchive or a delayed procedural is not found: not as named, not beside the file that "

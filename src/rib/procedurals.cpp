@@ -347,6 +347,12 @@ bool Interpreter::delay(const Delayed& what, const Request& r) {
   o.args.set(std::move(kind));
   o.args.set(std::move(data));
   o.args.set(std::move(bound));
+  if (!what.parameters.empty()) {
+    scene::Parameter given = argument("parameters", r.pos);
+    given.type = scene::ValueType::String;
+    given.strings = {what.parameters};
+    o.args.set(std::move(given));
+  }
   p.shape = std::move(o);
   if (!scene::boundOf(p)) return false;
   auto source = std::make_shared<DelayedArchive>(surroundings(), state_, what, r.pos);

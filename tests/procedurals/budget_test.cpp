@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 
+#include "base/memory.h"
 #include "procedurals/archives.h"
 #include "render/reading_plan.h"
 
@@ -140,6 +141,52 @@ TEST(ProceduralBudget, TheScenesOwn) {
   EXPECT_EQ(r.statistics.proceduralBudget, 2560000u);
   EXPECT_GT(r.statistics.proceduralsDropped, 0u);
   EXPECT_LE(r.statistics.proceduralBytes, 2560000u);
+}
+
+// A half of the limit on memory, or what the geometry cache may hold where that is less. That something is dropped for it
+// is proved where the process has a limit of its own: Limits.* in tests/cli.
+TEST(ProceduralBudget, AHalfOfTheLimitOnMemoryAtMost) {
+  const Folder folder(hills(1));
+  const auto budget = [&](uint64_t cache, uint64_t limit) {
+    struct Limited {
+      explicit Limited(uint64_t bytes) { Memory::setLimit(bytes); }
+      ~Limited() { Memory::setLimit(0); }
+    } const limited(limit);
+    render::Settings settings;
+    settings.samplesPerPixel = 1;
+    settings.geometryCacheBytes = cache;
+    const Rendered r = rendered(folder, settings);
+    EXPECT_EQ(r.outcome, render::Outcome::Complete) << r.said;
+    return r.statistics.proceduralBudget;
+  };
+  const uint64_t limit = (Memory::resident() + (uint64_t(1) << 30)) / 2 * 2;
+  EXPECT_EQ(budget(0, 0), 0u);
+  EXPECT_EQ(budget(0, limit), limit / 2);
+  EXPECT_EQ(budget(5000000, limit), 5000000u);
+  EXPECT_EQ(budget(limit / 2 + 1, limit), limit / 2);
+}
+
+// Records of light paths name what stands in the world: all of it is held, and said to be more than the budget, once.
+// Paths that leave no records are as any.
+TEST(ProceduralBudget, LightPathsHoldEverything) {
+  for (const char* integrator : {"PxrVCM", "PxrUnified"}) {
+    Files files = hills(3);
+    std::string& scene = files["scene.rib"];
+    scene.replace(scene.find("PxrPathTracer"), 13, integrator);
+    const Folder folder(files);
+    render::Settings settings;
+    settings.samplesPerPixel = 2;
+    const Rendered all = rendered(folder, settings);
+    settings.geometryCacheBytes = all.statistics.proceduralMostBytes / 2;
+    const Rendered r = rendered(folder, settings);
+    EXPECT_EQ(r.outcome, render::Outcome::Complete);
+    EXPECT_TRUE(r.sums == all.sums) << integrator;
+    const bool isHeld = std::string(integrator) == "PxrVCM";
+    EXPECT_EQ(r.statistics.proceduralsDropped == 0, isHeld) << integrator;
+    size_t said = 0;
+    for (size_t at = 0; (at = r.said.find("nothing that was read is dropped", at)) != std::string::npos; ++at) ++said;
+    EXPECT_EQ(said, size_t(isHeld)) << r.said;
+  }
 }
 
 // Nothing that a path meets lies beside what another one meets.

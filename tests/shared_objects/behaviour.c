@@ -73,3 +73,20 @@ RtVoid Subdivide(RtPointer data, RtFloat detail) {
     RiSphere(1, -1, 1, 360, "mine", (RtPointer)four, RI_NULL);
   }
 }
+
+/* What it is given, as attributes; tokens are split at their space. */
+RtVoid Subdivide2(RtContextHandle context, RtFloat detail, RtInt n, RtToken tokens[], RtPointer values[]) {
+  RtInt i, seed = 0;
+  RtFloat size[2] = {1, 1};
+  (void)context;
+  for (i = 0; i < n; ++i) {
+    RtInt count = (RtInt)strlen(tokens[i]);
+    RiAttribute("user", "string token", (RtPointer)&tokens[i], "int length", (RtPointer)&count, RI_NULL);
+    if (!strcmp(tokens[i], "string what")) Subdivide(*(RtString*)values[i], detail);
+    if (!strcmp(tokens[i], "int seed")) seed = *(RtInt*)values[i];
+    if (!strcmp(tokens[i], "float[2] size")) memcpy(size, values[i], sizeof size);
+    if (!strcmp(tokens[i], "string[2] names"))
+      RiAttribute("user", "string second", (RtPointer)((RtString*)values[i] + 1), RI_NULL);
+  }
+  for (i = 0; i < seed; ++i) RiDisk(size[0], size[1], 360, RI_NULL);
+}

@@ -192,6 +192,40 @@ TEST(SharedObjects, DeclareNamesForThemselves) {
   EXPECT_EQ(linesOf(printed({OBJECT_behaviour, "undeclared"}), "Sphere")[0], "Sphere 1 -1 1 360");
 }
 
+// Procedural2: all parameters come to the object, with the types that the request says, also where Declare says them.
+TEST(SharedObjects, OfProcedural2AreGivenTheirParameters) {
+  rib::ReadOptions options;
+  options.allowExec = true;
+  options.programSeconds = 10;
+  const auto requested = [](const std::string& object, const std::string& more) {
+    return "Procedural2 \"DynamicLoad2\" \"SimpleBound\" \"float[6] bound\" [-1 1 -1 1 -1 1] \"string dsoname\" [\"" +
+           object + "\"] " + more + "\n";
+  };
+  const std::string given =
+      "\"seed\" [2] \"constant float[2] size\" [3 4.5] \"string[2] names\" [\"a\" \"b \\\"c\\\"\"]";
+  const World w =
+      read("Declare \"seed\" \"int\"\nWorldBegin\n" + requested(OBJECT_behaviour, given) + "WorldEnd\n", options);
+  EXPECT_EQ(w.said, "");
+  ASSERT_EQ(w.scene->primitives.size(), 2u);
+  const auto& disk = std::get<scene::Quadric>(w.scene->primitives[1]->shape);
+  EXPECT_EQ(disk.args[0], 3);
+  EXPECT_EQ(disk.args[1], 4.5);
+  EXPECT_EQ(w.scene->primitives[0]->attributes->named.getString("user:second", ""), "b \"c\"");
+  EXPECT_EQ(w.scene->primitives[0]->attributes->named.getString("user:token", ""), "string[2] names");
+  // one that knows Procedural alone has the text
+  const std::string sponge = "2 -1 1 -1 1 -1 1  1 1 1 1 0 1 1 1 1  1 0 1 0 0 0 1 0 1  1 1 1 1 0 1 1 1 1";
+  const World text =
+      read("WorldBegin\n" + requested(OBJECT_menger, "\"string data\" [\"" + sponge + "\"]") + "WorldEnd\n", options);
+  EXPECT_EQ(text.said, "");
+  EXPECT_EQ(text.scene->primitives.size(), 400u);
+  const World none = read("WorldBegin\n" + requested(OBJECT_no_entry, "") + "Disk 0 1 360\nWorldEnd\n", options);
+  EXPECT_NE(none.said.find("RIB-PROGRAM"), std::string::npos) << none.said;
+  EXPECT_EQ(none.scene->primitives.size(), 1u);
+  const World without = read("WorldBegin\n" + requested(OBJECT_behaviour, given) + "WorldEnd\n");
+  EXPECT_NE(without.said.find("RIB-KEPT-PROCEDURAL2"), std::string::npos) << without.said;
+  EXPECT_NE(without.said.find("--allow-exec"), std::string::npos) << without.said;
+}
+
 // Through the whole renderer: met by a ray, run, drawn; the picture is that of the archive that it would print.
 TEST(SharedObjects, AreRunOnceTheyAreMet) {
   const Folder folder(Files{{"ball.rib", "Color 1 0 0\nSphere .5 -.5 .5 360\n"}});
@@ -207,6 +241,12 @@ TEST(SharedObjects, AreRunOnceTheyAreMet) {
   EXPECT_EQ(object.said, "");
   EXPECT_EQ(object.statistics.proceduralsRead, 1u);
   EXPECT_EQ(object.sums, archive.sums);
+  const Rendered two = picture("Procedural2 \"DynamicLoad2\" \"SimpleBound\" \"float[6] bound\"" + bound +
+                                   " \"string dsoname\" [\"" OBJECT_behaviour "\"] \"string what\" [\"ball\"]\n",
+                               true);
+  EXPECT_EQ(two.said, "");
+  EXPECT_EQ(two.statistics.proceduralsRead, 1u);
+  EXPECT_EQ(two.sums, archive.sums);
   EXPECT_NE(archive.sums, picture("", false).sums);
 }
 
