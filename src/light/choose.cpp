@@ -4,6 +4,7 @@
 
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include "light/choose_walks.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -167,17 +168,11 @@ void probability(const ChooseArgs& a) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-#define KN_CHOOSE(W)                                                     \
+#define KN_X(W)                                                          \
   [[maybe_unused]] void choose##W(const ChooseArgs& a) { choose<W>(a); } \
   [[maybe_unused]] void probability##W(const ChooseArgs& a) { probability<W>(a); }
-KN_CHOOSE(1)
-KN_CHOOSE(4)
-KN_CHOOSE(8)
-#else
-[[maybe_unused]] void choose16(const ChooseArgs& a) { choose<16>(a); }
-[[maybe_unused]] void probability16(const ChooseArgs& a) { probability<16>(a); }
-#endif
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
@@ -185,12 +180,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace kinora::light {
-ChooseKernel chooseKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::choose1, &N_AVX2::choose4, &N_AVX2::choose8, &N_AVX3::choose16);
-}
-ChooseKernel probabilityKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::probability1, &N_AVX2::probability4, &N_AVX2::probability8,
-                   &N_AVX3::probability16);
-}
+ChooseKernel chooseKernel(uint32_t width) { return KN_PICK_WIDTH(width, choose); }
+ChooseKernel probabilityKernel(uint32_t width) { return KN_PICK_WIDTH(width, probability); }
 }  // namespace kinora::light
 #endif

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/math/noise.h>
 
 #ifndef KINORA_NOISE_TEST_ONCE
@@ -33,11 +34,9 @@ void fill(uint32_t n, const float* const p[3], const float* radius, float* noise
     fractalNoise(shape, q, Float<W>::load(radius + i), 7u).store(fractal + i);
   }
 }
-#if HWY_TARGET == HWY_AVX2
-constexpr noiseTest::Fill kFill1 = &fill<1>, kFill4 = &fill<4>, kFill8 = &fill<8>;
-#else
-constexpr noiseTest::Fill kFill16 = &fill<16>;
-#endif
+#define KN_X(W) [[maybe_unused]] constexpr noiseTest::Fill kFill##W = &fill<W>;
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora

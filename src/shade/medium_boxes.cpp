@@ -4,6 +4,7 @@
 
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/simd/wide.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -35,13 +36,10 @@ KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] void cross1(const shade::BoxCrossingArgs& a) { cross<1>(a); }
-[[maybe_unused]] void cross4(const shade::BoxCrossingArgs& a) { cross<4>(a); }
-[[maybe_unused]] void cross8(const shade::BoxCrossingArgs& a) { cross<8>(a); }
-#else
-[[maybe_unused]] void cross16(const shade::BoxCrossingArgs& a) { cross<16>(a); }
-#endif
+#define KN_X(W) \
+  [[maybe_unused]] void cross##W(const shade::BoxCrossingArgs& a) { cross<W>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
@@ -50,9 +48,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kinora::shade {
 
-BoxCrossingKernel boxCrossingKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::cross1, &N_AVX2::cross4, &N_AVX2::cross8, &N_AVX3::cross16);
-}
+BoxCrossingKernel boxCrossingKernel(uint32_t width) { return KN_PICK_WIDTH(width, cross); }
 
 }  // namespace kinora::shade
 #endif

@@ -10,6 +10,7 @@
 #include "shade/surface_points.h"
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace kinora {
@@ -53,13 +54,10 @@ void quads(const shade::QuadsArgs& q) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] void quads1(const shade::QuadsArgs& a) { quads<1>(a); }
-[[maybe_unused]] void quads4(const shade::QuadsArgs& a) { quads<4>(a); }
-[[maybe_unused]] void quads8(const shade::QuadsArgs& a) { quads<8>(a); }
-#else
-[[maybe_unused]] void quads16(const shade::QuadsArgs& a) { quads<16>(a); }
-#endif
+#define KN_X(W) \
+  [[maybe_unused]] void quads##W(const shade::QuadsArgs& a) { quads<W>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
@@ -68,9 +66,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kinora::shade {
 
-QuadsKernel quadsKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::quads1, &N_AVX2::quads4, &N_AVX2::quads8, &N_AVX3::quads16);
-}
+QuadsKernel quadsKernel(uint32_t width) { return KN_PICK_WIDTH(width, quads); }
 
 using Imath::V3f;
 

@@ -10,6 +10,7 @@
 #include "shade/group.h"
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/simd/wide.h>
 
 #include "shade/surface_corners.h"
@@ -542,13 +543,10 @@ constexpr SurfaceKernels kSurface{&Surface<W>::positions,   &Surface<W>::facets,
                                   &Surface<W>::curvatures,  &Surface<W>::derivatives,      &Surface<W>::footprints,
                                   &Surface<W>::ellipses,    &Surface<W>::across,           &Surface<W>::alongEdges,
                                   &Surface<W>::facetSlopes, &Surface<W>::terminatorOffsets};
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] const SurfaceKernels& surface1() { return kSurface<1>; }
-[[maybe_unused]] const SurfaceKernels& surface4() { return kSurface<4>; }
-[[maybe_unused]] const SurfaceKernels& surface8() { return kSurface<8>; }
-#else
-[[maybe_unused]] const SurfaceKernels& surface16() { return kSurface<16>; }
-#endif
+#define KN_X(W) \
+  [[maybe_unused]] const SurfaceKernels& surface##W() { return kSurface<W>; }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
@@ -556,8 +554,6 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace kinora::shade {
-const SurfaceKernels& surfaceKernels(uint32_t width) {
-  return kernelFor(width, &N_AVX2::surface1, &N_AVX2::surface4, &N_AVX2::surface8, &N_AVX3::surface16)();
-}
+const SurfaceKernels& surfaceKernels(uint32_t width) { return KN_PICK_WIDTH(width, surface)(); }
 }  // namespace kinora::shade
 #endif
