@@ -7,10 +7,7 @@
 #include "simd/kernel_widths.h"
 #include "light/choose_walks.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 template <int W>
 void choose(const ChooseArgs& a) {
   using F = Float<W>;
@@ -173,10 +170,7 @@ void probability(const ChooseArgs& a) {
   [[maybe_unused]] void probability##W(const ChooseArgs& a) { probability<W>(a); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::light {

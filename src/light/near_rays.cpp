@@ -5,10 +5,7 @@
 #include <kinora/simd/foreach_target.h>
 #include "simd/kernel_widths.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using light::NearRaysArgs;
 
 template <int W>
@@ -49,10 +46,7 @@ uint32_t nearRays(const NearRaysArgs& a) {
   [[maybe_unused]] uint32_t nearRays##W(const NearRaysArgs& a) { return nearRays<W>(a); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::light {

@@ -22,10 +22,7 @@ using Run = void (*)(Function f, uint32_t n, const float* a, const float* b, flo
 }  // namespace kinora::elementaryTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace elementaryTest;
 
 template <int W>
@@ -67,10 +64,7 @@ HWY_ATTR void run(Function f, uint32_t n, const float* a, const float* b, float*
   }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

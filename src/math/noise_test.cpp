@@ -19,10 +19,7 @@ using Fill = void (*)(uint32_t n, const float* const p[3], const float* radius, 
 }
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 template <int W>
 void fill(uint32_t n, const float* const p[3], const float* radius, float* noise, float* fractal) {
   for (uint32_t i = 0; i < n; i += W) {
@@ -37,10 +34,7 @@ void fill(uint32_t n, const float* const p[3], const float* radius, float* noise
 #define KN_X(W) [[maybe_unused]] constexpr noiseTest::Fill kFill##W = &fill<W>;
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

@@ -25,10 +25,7 @@ struct Data {
 }  // namespace kinora::wideTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using wideTest::Data;
 
 template <int W>
@@ -54,10 +51,7 @@ HWY_ATTR void run(Data& d) {
   [[maybe_unused]] HWY_ATTR void run##W(Data& d) { run<W>(d); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora {

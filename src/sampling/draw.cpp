@@ -5,10 +5,7 @@
 #include "simd/kernel_widths.h"
 #include <kinora/random.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 template <int W>
 void span(const SampleTable& table, uint32_t n, const uint32_t* seed, const uint32_t* sample, uint32_t dimension,
@@ -38,10 +35,7 @@ float event1(uint32_t seed, uint32_t sample, uint32_t dimension, uint32_t event)
   return drawHashed(Int<1>(seed), Int<1>(sample), dimension, Int<1>(event)).lane0();
 }
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora {

@@ -7,10 +7,7 @@
 #include "simd/kernel_widths.h"
 #include <kinora/math/elementary.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 template <int W>
 KN_INLINE void through(uint32_t n, float* depth) {
@@ -25,10 +22,7 @@ KN_INLINE void through(uint32_t n, float* depth) {
   [[maybe_unused]] void through##W(uint32_t n, float* depth) { through<W>(n, depth); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {

@@ -7,10 +7,7 @@
 #include "simd/kernel_widths.h"
 #include <kinora/simd/wide.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 template <int W>
 KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
@@ -40,10 +37,7 @@ KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
   [[maybe_unused]] void cross##W(const shade::BoxCrossingArgs& a) { cross<W>(a); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {

@@ -6,10 +6,7 @@
 #include <kinora/simd/foreach_target.h>
 #include "simd/kernel_widths.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using shade::PointsArgs;
 
 template <int W>
@@ -121,10 +118,7 @@ void surfaces(shade::SurfacesArgs& a) {
   [[maybe_unused]] void points##W(const PointsArgs& a) { points<W>(a); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {

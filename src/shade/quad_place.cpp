@@ -12,10 +12,7 @@
 #include <kinora/simd/foreach_target.h>
 #include "simd/kernel_widths.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 // The root in 0..1 of a x^2 - b x + c, which is not negative at 0 and not positive at 1. Either form divides by a sum
 // of numbers of one sign; where a side of the quad is drawn together to the point, anything finite will do.
@@ -58,10 +55,7 @@ void quads(const shade::QuadsArgs& q) {
   [[maybe_unused]] void quads##W(const shade::QuadsArgs& a) { quads<W>(a); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {

@@ -15,10 +15,7 @@
 
 #include "shade/surface_corners.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace shade;
 
 // Brings one lane of a direction into another space.
@@ -547,10 +544,7 @@ constexpr SurfaceKernels kSurface{&Surface<W>::positions,   &Surface<W>::facets,
   [[maybe_unused]] const SurfaceKernels& surface##W() { return kSurface<W>; }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {

@@ -8,10 +8,7 @@
 #include <kinora/simd/wide.h>
 #include <kinora/simd/records.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 using volume::GridLookupArgs;
 
@@ -153,10 +150,7 @@ KN_INLINE void lookUp(const GridLookupArgs& a) {
   [[maybe_unused]] void three##W(const GridLookupArgs& a) { lookUp<W, 3>(a); }
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::volume {

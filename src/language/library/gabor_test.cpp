@@ -26,10 +26,7 @@ using Kernel = void (*)(Job&);
 }  // namespace kinora::languageGaborTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageGaborTest;
 template <int W>
 void run(Job& j) {
@@ -59,10 +56,7 @@ void run(Job& j) {
 #define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

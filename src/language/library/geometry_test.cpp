@@ -53,10 +53,7 @@ using PlainKernel = void (*)(Plain&);
 }  // namespace kinora::languageGeometryTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageGeometryTest;
 
 template <class V, class F>
@@ -180,10 +177,7 @@ KN_EACH_WIDTH(KN_X)
 #if HWY_TARGET == HWY_AVX2
 constexpr PlainKernel kPlain1 = &runPlain<1>, kPlain8 = &runPlain<8>;
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

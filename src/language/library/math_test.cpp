@@ -37,10 +37,7 @@ using KernelInt = void (*)(int f, uint32_t n, const int32_t* a, const int32_t* b
 }  // namespace kinora::languageMathTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageMathTest;
 
 template <class F>
@@ -122,10 +119,7 @@ constexpr KernelInt kRunInt1 = &runInt<1>, kRunInt8 = &runInt<8>;
 #else
 constexpr KernelInt kRunInt16 = &runInt<16>;
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

@@ -33,10 +33,7 @@ using Kernel = void (*)(const Job&);
 }  // namespace kinora::languageNoiseTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageNoiseTest;
 
 template <class Noise, int N, int C, bool kDerivatives, int W>
@@ -108,10 +105,7 @@ void run(const Job& j) {
 #define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
 KN_EACH_WIDTH(KN_X)
 #undef KN_X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"
