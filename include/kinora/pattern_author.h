@@ -9,6 +9,13 @@
 #endif
 #include <kinora/bxdf_author.h>
 
+// A colour and its parts, the outputs that shareComponents() fills (the convention of reference colour nodes).
+#ifndef KINORA_COLOR_OUTPUTS
+#define KINORA_COLOR_OUTPUTS                                                      \
+  param::output(Type::Color, "resultRGB"), param::output(Type::Float, "resultR"), \
+      param::output(Type::Float, "resultG"), param::output(Type::Float, "resultB")
+#endif
+
 #if defined(KINORA_PATTERN_AUTHOR_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_PATTERN_AUTHOR_H_TARGET
 #undef KINORA_PATTERN_AUTHOR_H_TARGET
@@ -30,7 +37,7 @@ inline void makeOutput(const Context& c, Value& out, uint32_t components, float*
   out.components = components;
 }
 
-// resultRGB at `rgb`, its parts at rgb+1 .. rgb+3 (the convention of reference colour nodes): parts share the arrays.
+// resultRGB at `rgb`, its parts at rgb+1 .. rgb+3 (KINORA_COLOR_OUTPUTS): parts share the arrays.
 inline void shareComponents(const PatternArgs& a, uint32_t rgb) {
   for (uint32_t i = 0; i < 3; ++i) {
     Value& v = a.outputs[rgb + 1 + i];

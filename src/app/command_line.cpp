@@ -59,6 +59,10 @@ bool isOverInput(Diagnostics& diagnostics, const std::string& output, const std:
   return false;
 }
 
+void addCrop(CLI::App& parser, std::vector<float>& numbers, const std::string& help) {
+  parser.add_option("--crop", numbers, help)->type_name("XMIN XMAX YMIN YMAX")->expected(4)->allow_extra_args(false);
+}
+
 std::optional<std::string> readCrop(const std::vector<float>& c, std::array<float, 4>& out) {
   // written so that NaN fails
   if (c.size() != 4 || !(c[0] >= 0 && c[0] < c[1] && c[1] <= 1 && c[2] >= 0 && c[2] < c[3] && c[3] <= 1))

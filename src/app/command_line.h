@@ -37,6 +37,9 @@ bool isOverInput(Diagnostics& diagnostics, const std::string& output, const std:
 // Numbers separated by one character, nothing before or after: "640x360", "0:16", "10,20,3". False when not so.
 bool splitInts(const std::string& text, char separator, std::vector<int>& out);
 
+// The option --crop, for readCrop().
+void addCrop(CLI::App& parser, std::vector<float>& numbers, const std::string& help);
+
 // Four numbers of --crop as XMIN XMAX YMIN YMAX; what is wrong with them, or nothing.
 std::optional<std::string> readCrop(const std::vector<float>& numbers, std::array<float, 4>& out);
 

@@ -36,10 +36,7 @@ int runDiff(const Arguments& arguments) {
       ->type_name("SHARE");
   takeOneAtATime(
       parser->add_option("--channels", limits.channels, "compare only these")->type_name("A,B")->delimiter(','));
-  parser->add_option("--crop", part, "compare only this part of the pictures, in 0..1 as CropWindow")
-      ->type_name("XMIN XMAX YMIN YMAX")
-      ->expected(4)
-      ->allow_extra_args(false);
+  addCrop(*parser, part, "compare only this part of the pictures, in 0..1 as CropWindow");
   parser->add_option("-o,--output", picture, "write |A - B| as a picture")->type_name("FILE");
   parser->add_option("--gain", gain, "factor on that picture (1)")->type_name("G");
   if (const auto done = parse(*parser, arguments, diagnostics)) return *done;

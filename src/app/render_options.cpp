@@ -190,10 +190,7 @@ std::optional<int> parseRenderOptions(const std::vector<std::string>& arguments,
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 16));
   app.add_option("--res", texts.resolution, "resolution; overrides the scene's Format")->type_name("WxH");
-  app.add_option("--crop", texts.crop, "part of the picture in 0..1, as CropWindow")
-      ->type_name("XMIN XMAX YMIN YMAX")
-      ->expected(4)
-      ->allow_extra_args(false);
+  addCrop(app, texts.crop, "part of the picture in 0..1, as CropWindow");
   app.add_option("--integrator", s.integrator, "integrator plug-in; overrides the scene's")->type_name("NAME");
   takeOneAtATime(
       app.add_option("--set", texts.sets, "override a parameter or option: integrator.maxIndirectBounces=4")

@@ -395,20 +395,35 @@ TEST_F(Displays, FormatsThatCannotHoldTheChannelsSayWhichAreMissing) {
   }
 }
 
+// While it lives no file may grow beyond 500 bytes.
+class FullDisk {
+ public:
+  FullDisk() : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    EXPECT_EQ(getrlimit(RLIMIT_FSIZE, &before_), 0);
+    rlimit full = before_;
+    full.rlim_cur = 500;
+    setrlimit(RLIMIT_FSIZE, &full);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FullDisk(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
 TEST_F(Displays, AFullDiskAtASnapshotIsAWarning) {
   display(path("a.exr"), "openexr", "rgba").params.set(text("exrpixeltype", "float"));
   std::ofstream(path("a.exr")) << "old";
   DisplayOutput out(plan(), stockDriver, diagnostics_);
   const auto film = filmFor(out.plan().layout);
-  rlimit before;
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit full = before;
-  full.rlim_cur = 500;
-  setrlimit(RLIMIT_FSIZE, &full);
-  out.snapshot(*film, frame());
-  setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
+  {
+    const FullDisk full;
+    out.snapshot(*film, frame());
+  }
   EXPECT_EQ(diagnostics_.errors(), 0u);
   EXPECT_EQ(diagnostics_.count("DISPLAY-SNAPSHOT"), 1u);
   EXPECT_EQ(std::filesystem::file_size(path("a.exr")), 3u);
@@ -434,16 +449,10 @@ TEST_F(Displays, AFullDiskKeepsTheOldPicture) {
   std::ofstream(path("b.png")) << "old";
   DisplayOutput out(plan(), stockDriver, diagnostics_);
   const auto film = filmFor(out.plan().layout);
-  rlimit before;
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit full = before;
-  full.rlim_cur = 500;
-  setrlimit(RLIMIT_FSIZE, &full);
-  const bool ok = out.write(*film, frame());
-  setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
-  EXPECT_FALSE(ok);
+  {
+    const FullDisk full;
+    EXPECT_FALSE(out.write(*film, frame()));
+  }
   EXPECT_EQ(diagnostics_.count("DISPLAY-WRITE"), 2u);
   int files = 0;
   for ([[maybe_unused]] const auto& e : std::filesystem::directory_iterator(folder_)) ++files;

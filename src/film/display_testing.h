@@ -10,6 +10,7 @@
 
 #include "film/display_output.h"
 #include "film/film_test_samples.h"
+#include "film/folder_test.h"
 #include "plugin/registry.h"
 
 namespace kinora::film::test {
@@ -37,16 +38,8 @@ inline scene::Parameter integer(const char* name, std::vector<int> values) {
   return p;
 }
 
-class DisplayTest : public testing::Test {
+class DisplayTest : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("kinora-display-" + std::to_string(getpid()) + "-" +
-                                                  testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
   scene::Display& display(const std::string& file, const char* driver, const char* mode) {
     scene_.displays.push_back({file, driver, mode, {}, {}});
     return scene_.displays.back();
@@ -82,7 +75,6 @@ class DisplayTest : public testing::Test {
     return f;
   }
   using Names = std::vector<std::string>;
-  std::filesystem::path folder_;
   scene::Scene scene_;
   std::vector<std::string> lines_;
   Diagnostics diagnostics_{[this](const std::string& line, Severity) { lines_.push_back(line); }};

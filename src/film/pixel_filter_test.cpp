@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 #include <random>
 
 #include "film/film.h"
@@ -18,6 +19,15 @@ namespace {
 
 struct Moments {
   double one = 0, x = 0, y = 0, xx = 0, yy = 0, xxyy = 0, absolute = 0;
+  void add(double w, double dx, double dy) {
+    one += w;
+    x += w * dx;
+    y += w * dy;
+    xx += w * dx * dx;
+    yy += w * dy * dy;
+    xxyy += w * dx * dx * dy * dy;
+    absolute += std::fabs(w);
+  }
 };
 
 Moments sampled(const PixelFilter& f, int n) {
@@ -25,35 +35,20 @@ Moments sampled(const PixelFilter& f, int n) {
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const FilterSample s = f.sample((float(i) + 0.5f) / float(n), (float(j) + 0.5f) / float(n));
-      const double w = double(s.weight) / (double(n) * n), x = s.dx, y = s.dy;
-      m.one += w;
-      m.x += w * x;
-      m.y += w * y;
-      m.xx += w * x * x;
-      m.yy += w * y * y;
-      m.xxyy += w * x * x * y * y;
-      m.absolute += std::fabs(w);
+      m.add(double(s.weight) / (double(n) * n), s.dx, s.dy);
     }
   return m;
 }
 
 Moments integrated(const PixelFilter& f, int n) {
   Moments m;
-  double norm = 0;
   const double dx = double(f.xWidth()) / n, dy = double(f.yWidth()) / n;
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const double x = (i + 0.5) * dx - 0.5 * double(f.xWidth()), y = (j + 0.5) * dy - 0.5 * double(f.yWidth());
-      const double w = f.evaluate(x, y);
-      norm += w;
-      m.x += w * x;
-      m.y += w * y;
-      m.xx += w * x * x;
-      m.yy += w * y * y;
-      m.xxyy += w * x * x * y * y;
-      m.absolute += std::fabs(w);
+      m.add(f.evaluate(x, y), x, y);
     }
-  m.one = 1;
+  const double norm = std::exchange(m.one, 1);
   for (double* v : {&m.x, &m.y, &m.xx, &m.yy, &m.xxyy, &m.absolute}) *v /= norm;
   return m;
 }

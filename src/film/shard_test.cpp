@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "film/film_test_samples.h"
+#include "film/folder_test.h"
 
 namespace kinora::film {
 namespace {
@@ -20,16 +21,8 @@ using test::randomSamples;
 using test::sameState;
 using test::Samples;
 
-class ShardFile : public testing::Test {
+class ShardFile : public test::FolderTest {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("kinora-shard-" + std::to_string(getpid()) + "-" +
-                                                  testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
   static ShardInfo info(uint32_t begin, uint32_t end) {
     ShardInfo i;
     i.sceneHash = "abc";
@@ -40,7 +33,6 @@ class ShardFile : public testing::Test {
     i.outputs = "{\"displays\":[]}";
     return i;
   }
-  std::filesystem::path folder_;
   ChannelLayout layout_ = [] {
     ChannelLayout l = everyReducer();
     l.setNegative(-1, 0.25);

@@ -2,135 +2,27 @@
 // that two faces meet with the same points; a point on an edge or corner is evaluated once and its position copied
 // bit for bit where normals or facevarying values differ between the sides. Faces that are not quads are cut into the
 // quads that the first refinement would make, so that (u, v) and triangles never straddle them.
-#include <opensubdiv/bfr/refinerSurfaceFactory.h>
-#include <opensubdiv/bfr/tessellation.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "geometry/build.h"
-#include "geometry/cage.h"
-#include "geometry/dice.h"
 #include "geometry/facets.h"
 #include "geometry/makers.h"
 #include "geometry/polygon.h"
-#include "geometry/refined_face.h"
+#include "geometry/subdivider.h"
 
 namespace kinora::geometry {
 
 using Imath::V3d;
 using scene::StorageClass;
-namespace Far = OpenSubdiv::Far;
 namespace Bfr = OpenSubdiv::Bfr;
 namespace Sdc = OpenSubdiv::Sdc;
 
 namespace {
 
-using Surface = Bfr::Surface<double>;
+constexpr double kNoCrease = 0.9995;  // cosine (1.8 degrees): more is a crease
 
-constexpr int kMostSegments = 1024;     // an edge
-constexpr double kSameNormal = 0.9995;  // cosine (1.8 degrees): more is a crease
-
-// Interpolated data of one kind, with the surface of the current face.
-struct Channel {
-  enum class Kind { Vertex, Varying, FaceVarying } kind = Kind::Vertex;
-  int index = 0;  // of the facevarying channel
-  int width = 0;
-  std::vector<double> data;                                 // control values
-  std::vector<std::pair<const SourcePrimvar*, int>> parts;  // which primvars, and where in the values of a vertex
-  Surface surface;
-  std::vector<double> patch;
-};
-
-class Subdivider {
- public:
-  Subdivider(const scene::Primitive& primitive, const PointKeys& points, const Cage& cage, const DiceRate& rate,
-             Diagnostics& diagnostics, Mesh& mesh)
-      : primitive_(primitive),
-        cage_(cage),
-        level_(cage.refiner->GetLevel(0)),
-        factory_(*cage.refiner),
-        unshared_(*cage.refiner, Bfr::SurfaceFactory::Options().EnableCaching(false)),
-        rate_(rate),
-        diagnostics_(diagnostics),
-        mesh_(mesh),
-        displaced_(rate.isDisplaced) {
-    for (const auto& key : points.keys) keys_.emplace_back(key.begin(), key.end());
-    keyPatch_.resize(keys_.size());
-    outPoints_.resize(keys_.size());
-    outNormals_.resize(keys_.size());
-  }
-
-  bool run(const std::vector<SourcePrimvar>& primvars);
-
- private:
-  // A point of a cell's outline: on the cage (shared between faces) or inside the face (shared between its cells).
-  struct Site {
-    int64_t shared = -1;
-    int inFace = -1;
-  };
-  void addChannels(const std::vector<SourcePrimvar>& primvars);
-  void chooseRates();
-  void rateFace(int face, std::vector<double>& wanted);
-  void ratePlace(int face, double edge, std::vector<double>& wanted);
-  double estimate() const;
-  bool isSplit(int face) const {  // into sub-faces
-    const int n = level_.GetFaceVertices(face).size();
-    return factory_.GetSchemeType() != Sdc::SCHEME_LOOP && n != 4;
-  }
-  bool start(int face);
-  bool isWhole(int face) const {  // not cut at all
-    const auto edges = level_.GetFaceEdges(face);
-    return std::all_of(edges.begin(), edges.end(), [&](int e) { return rates_[e] == 1; });
-  }
-  void preparePoints(size_t key);
-  void prepare(int face, bool valuesOnly = false);
-  void evaluate(const double uv[2]);
-  void evaluateValues(const double uv[2]);
-  uint32_t emit(Site site);
-  void makeFace(int face);
-  void makeCell(int face, const Bfr::Parameterization& pattern, int rateCount, const int* rates,
-                const std::vector<Site>& outline, int subFace);
-  Site onEdge(int face, int k, int step) const;  // step along edge k in the face's direction
-
-  void emitFacet(int face, const int* facet, int corners);
-
-  V3d position(size_t key, const double uv[2], V3d& normal) const;
-
-  const scene::Primitive& primitive_;
-  const Cage& cage_;
-  const Far::TopologyLevel& level_;
-  Bfr::RefinerSurfaceFactory<> factory_, unshared_;  // the latter keeps no patch for others of like topology
-  const DiceRate& rate_;
-  Diagnostics& diagnostics_;
-  Mesh& mesh_;
-  const bool displaced_;
-
-  std::vector<std::vector<double>> keys_;  // control points
-  Surface surface_;
-  std::unique_ptr<RefinedFace> refined_;    // instead of all surfaces of the current face; keys first, then channels
-  Bfr::Parameterization parameterization_;  // of the current face
-  std::vector<std::vector<double>> keyPatch_;
-  std::vector<Channel> channels_;
-  int valueWidth_ = 0;
-
-  std::vector<int> rates_;           // segments an edge
-  bool allWhole_ = false;            // every face is a quad that is not cut
-  std::vector<int64_t> edgeOffset_;  // first shared id of an edge's inner points
-  std::vector<uint32_t> firstAt_;    // shared id -> mesh vertex, kNone before
-  std::vector<uint32_t> nextAt_;     // mesh vertex -> another one at the same place
-  std::vector<uint32_t> inFace_;     // of the current face
-  static constexpr uint32_t kNone = ~0u;
-
-  std::vector<V3d> samplePoint_, sampleNormal_;  // a key
-  std::vector<double> sampleValues_;
-  std::vector<std::vector<V3d>> outPoints_, outNormals_;
-  std::vector<float> outValues_;             // valueWidth_ a vertex
-  std::vector<double> coords_, valueRange_;  // largest minus least control value, by value of a vertex
-  std::vector<int> facets_;
-  std::vector<uint32_t> cellVertex_;
-};
+}  // namespace
 
 void Subdivider::addChannels(const std::vector<SourcePrimvar>& primvars) {
   for (Channel::Kind kind : {Channel::Kind::Vertex, Channel::Kind::Varying}) {
@@ -208,154 +100,6 @@ V3d Subdivider::position(size_t key, const double uv[2], V3d& normal) const {
   return p;
 }
 
-// Wishes of one face for its edges: from the limit at its corners, the middles of its edges and its centre.
-void Subdivider::rateFace(int face, std::vector<double>& wanted) {
-  const auto vertices = level_.GetFaceVertices(face);
-  const auto edges = level_.GetFaceEdges(face);
-  const int n = vertices.size();
-  if (displaced_ == false && std::isfinite(rate_.at(V3d(keys_[0][3 * vertices[0]], keys_[0][3 * vertices[0] + 1],
-                                                        keys_[0][3 * vertices[0] + 2])))) {
-    // Cages that are already finer than the picture need no look at their surface.
-    bool tiny = true;
-    for (int k = 0; k < n && tiny; ++k) {
-      const double *a = &keys_[0][3 * vertices[k]], *b = &keys_[0][3 * vertices[(k + 1) % n]];
-      const V3d p(a[0], a[1], a[2]), q(b[0], b[1], b[2]);
-      tiny = (p - q).length() < rate_.at(p);
-    }
-    if (tiny) return;
-  }
-  if (!start(face)) return;
-  const Bfr::Parameterization& param = parameterization_;
-  for (size_t key = 0; key < keys_.size(); key += std::max<size_t>(1, keys_.size() - 1)) {  // first and last
-    preparePoints(key);
-    std::vector<V3d> corner(n), cornerN(n), middle(n), middleN(n);
-    double uv[2];
-    for (int k = 0; k < n; ++k) {
-      param.GetVertexCoord(k, uv);
-      corner[k] = position(key, uv, cornerN[k]);
-      param.GetEdgeCoord(k, 0.5, uv);
-      middle[k] = position(key, uv, middleN[k]);
-    }
-    param.GetCenterCoord(uv);
-    V3d centreN;
-    const V3d centre = position(key, uv, centreN);
-    const double edge = rate_.at(centre);
-    for (int k = 0; k < n; ++k) {
-      const int next = (k + 1) % n;
-      auto wish = [&](int at, double length, double turn, const V3d& where) {
-        double& w = wanted[edges[at]];
-        w = std::max(w, segmentsFor(length, turn, std::min(edge, rate_.at(where)), displaced_));
-      };
-      wish(k, (middle[k] - corner[k]).length() + (corner[next] - middle[k]).length(),
-           turnBetween(cornerN[k], middleN[k]) + turnBetween(middleN[k], cornerN[next]), middle[k]);
-      if (n == 4) {
-        // The line through the centre to the opposite edge governs the two edges that run with it.
-        const int opposite = (k + 2) % 4;
-        const double length = (centre - middle[k]).length() + (middle[opposite] - centre).length();
-        const double turn = turnBetween(middleN[k], centreN) + turnBetween(centreN, middleN[opposite]);
-        wish(next, length, turn, centre);
-      } else {
-        const double length = 2 * (centre - middle[k]).length(), turn = 2 * turnBetween(middleN[k], centreN);
-        for (int at = 0; at < n; ++at) wish(at, length, turn, centre);
-      }
-    }
-    if (key == 0 && n == 4) ratePlace(face, edge, wanted);
-  }
-}
-
-// How far points and values inside a quad are from a bilinear mixture: lines across it, at five places each.
-void Subdivider::ratePlace(int face, double edge, std::vector<double>& wanted) {
-  constexpr int kSteps = 4;
-  const auto edges = level_.GetFaceEdges(face);
-  const auto vertices = level_.GetFaceVertices(face);
-  double most = 0;  // segments that the micropolygon edge allows
-  bool mayGrow = false;
-  for (int k = 0; k < 4; ++k) {
-    const double *a = &keys_[0][3 * vertices[k]], *b = &keys_[0][3 * vertices[(k + 1) % 4]];
-    most = std::max(most, (V3d(a[0], a[1], a[2]) - V3d(b[0], b[1], b[2])).length() / edge);
-  }
-  for (int k = 0; k < 4; ++k) mayGrow |= !std::isfinite(edge) || most > wanted[edges[k]];
-  if (!mayGrow || most <= 2) return;  // what spans so few micropolygons shows no error
-  prepare(face, true);
-  V3d p[kSteps + 1][kSteps + 1], normal[kSteps + 1][kSteps + 1];
-  std::vector<double> values[kSteps + 1][kSteps + 1];
-  for (int j = 0; j <= kSteps; ++j)
-    for (int i = 0; i <= kSteps; ++i) {
-      const double uv[2] = {double(i) / kSteps, double(j) / kSteps};
-      p[j][i] = position(0, uv, normal[j][i]);
-      evaluateValues(uv);
-      values[j][i] = sampleValues_;
-    }
-  for (int line = 0; line <= kSteps; ++line)
-    for (const bool alongV : {false, true}) {
-      const auto at = [&](auto& grid, int k) -> auto& { return alongV ? grid[k][line] : grid[line][k]; };
-      double share = 0, length = 0;
-      for (int k = 0; k < kSteps; ++k) length += (at(p, k + 1) - at(p, k)).length();
-      for (int k = 1; k < kSteps; ++k) {
-        const double t = double(k) / kSteps;
-        V3d off = at(p, k) - (at(p, 0) * (1 - t) + at(p, kSteps) * t);
-        off -= at(normal, k) * off.dot(at(normal, k));
-        if (length > 0) share = std::max(share, off.length() / length);
-        for (size_t c = 0; c < valueRange_.size(); ++c)
-          if (valueRange_[c] > 0)
-            share = std::max(share,
-                             std::abs(at(values, k)[c] - (at(values, 0)[c] * (1 - t) + at(values, kSteps)[c] * t)) /
-                                 valueRange_[c]);
-      }
-      const double segments = segmentsForPlace(share, length, edge);
-      for (const int k : {0, 2}) {
-        double& w = wanted[edges[k + int(alongV)]];
-        w = std::max(w, segments);
-      }
-    }
-}
-
-double Subdivider::estimate() const {
-  double total = 0;
-  for (int f = 0; f < level_.GetNumFaces(); ++f) {
-    const auto edges = level_.GetFaceEdges(f);
-    double sum = 0, most = 0;
-    for (int k = 0; k < edges.size(); ++k) {
-      sum += rates_[edges[k]];
-      most = std::max<double>(most, rates_[edges[k]]);
-    }
-    if (isSplit(f))
-      total += sum * most / 2;
-    else
-      total += edges.size() == 3 ? sum * sum / 9 : sum * sum / 8;
-  }
-  return total;
-}
-
-void Subdivider::chooseRates() {
-  std::vector<double> wanted(size_t(level_.GetNumEdges()), 1);
-  for (int f = 0; f < level_.GetNumFaces(); ++f) rateFace(f, wanted);
-  std::vector<char> even(wanted.size(), 0);
-  for (int f = 0; f < level_.GetNumFaces(); ++f)
-    if (isSplit(f)) {
-      const auto edges = level_.GetFaceEdges(f);
-      for (int k = 0; k < edges.size(); ++k) even[edges[k]] = 1;
-    }
-  rates_.resize(wanted.size());
-  for (double scale = 1;; scale *= 0.8) {
-    bool least = true;
-    for (size_t e = 0; e < wanted.size(); ++e) {
-      int r = int(std::ceil(std::clamp(wanted[e] * scale - 1e-6, 1.0, double(kMostSegments))));
-      least &= r == 1;
-      if (even[e]) r += r & 1;
-      rates_[e] = r;
-    }
-    if (least || estimate() <= rate_.maxTriangles) break;
-  }
-  edgeOffset_.resize(rates_.size());
-  int64_t shared = level_.GetNumVertices();
-  for (size_t e = 0; e < rates_.size(); ++e) {
-    edgeOffset_[e] = shared;
-    shared += rates_[e] - 1;
-  }
-  firstAt_.assign(size_t(shared), kNone);
-}
-
 void Subdivider::preparePoints(size_t key) {
   if (refined_) return;
   keyPatch_[key].resize(size_t(surface_.GetNumPatchPoints()) * 3);
@@ -411,7 +155,7 @@ uint32_t Subdivider::emit(Site site) {
       for (size_t k = 0; k < keys_.size() && same; ++k) {
         const V3d& n = outNormals_[k][v];
         const bool undefined = n == V3d(0) || sampleNormal_[k] == V3d(0);
-        same = undefined || n.dot(sampleNormal_[k]) > kSameNormal;
+        same = undefined || n.dot(sampleNormal_[k]) > kNoCrease;
       }
       int at = 0;
       for (const Channel& c : channels_) {
@@ -615,6 +359,8 @@ bool Subdivider::run(const std::vector<SourcePrimvar>& primvars) {
   joinTextureCoordinates(mesh_);
   return true;
 }
+
+namespace {
 
 // Facevertex values are subdivided as vertex data is. Those with one value a vertex, and so no seam, become vertex data:
 // the tag facevaryinginterpolateboundary is not about them.

@@ -4,12 +4,10 @@
 
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include "light/choose_walks.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 template <int W>
 void choose(const ChooseArgs& a) {
   using F = Float<W>;
@@ -167,30 +165,16 @@ void probability(const ChooseArgs& a) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-#define KN_CHOOSE(W)                                                     \
+#define KN_X(W)                                                          \
   [[maybe_unused]] void choose##W(const ChooseArgs& a) { choose<W>(a); } \
   [[maybe_unused]] void probability##W(const ChooseArgs& a) { probability<W>(a); }
-KN_CHOOSE(1)
-KN_CHOOSE(4)
-KN_CHOOSE(8)
-#else
-[[maybe_unused]] void choose16(const ChooseArgs& a) { choose<16>(a); }
-[[maybe_unused]] void probability16(const ChooseArgs& a) { probability<16>(a); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::light {
-ChooseKernel chooseKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::choose1, &N_AVX2::choose4, &N_AVX2::choose8, &N_AVX3::choose16);
-}
-ChooseKernel probabilityKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::probability1, &N_AVX2::probability4, &N_AVX2::probability8,
-                   &N_AVX3::probability16);
-}
+ChooseKernel chooseKernel(uint32_t width) { return KN_PICK_WIDTH(width, choose); }
+ChooseKernel probabilityKernel(uint32_t width) { return KN_PICK_WIDTH(width, probability); }
 }  // namespace kinora::light
 #endif

@@ -3,11 +3,9 @@
 #include "light/near_rays.h"
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using light::NearRaysArgs;
 
 template <int W>
@@ -44,22 +42,14 @@ uint32_t nearRays(const NearRaysArgs& a) {
   return found;
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] uint32_t nearRays1(const NearRaysArgs& a) { return nearRays<1>(a); }
-[[maybe_unused]] uint32_t nearRays4(const NearRaysArgs& a) { return nearRays<4>(a); }
-[[maybe_unused]] uint32_t nearRays8(const NearRaysArgs& a) { return nearRays<8>(a); }
-#else
-[[maybe_unused]] uint32_t nearRays16(const NearRaysArgs& a) { return nearRays<16>(a); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) \
+  [[maybe_unused]] uint32_t nearRays##W(const NearRaysArgs& a) { return nearRays<W>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::light {
-NearRaysKernel nearRaysKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::nearRays1, &N_AVX2::nearRays4, &N_AVX2::nearRays8, &N_AVX3::nearRays16);
-}
+NearRaysKernel nearRaysKernel(uint32_t width) { return KN_PICK_WIDTH(width, nearRays); }
 }  // namespace kinora::light
 #endif

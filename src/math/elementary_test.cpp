@@ -10,6 +10,7 @@
 #include <limits>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/math/elementary.h>
 
 #ifndef ELEMENTARY_TEST_ONCE
@@ -21,10 +22,7 @@ using Run = void (*)(Function f, uint32_t n, const float* a, const float* b, flo
 }  // namespace kinora::elementaryTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace elementaryTest;
 
 template <int W>
@@ -60,17 +58,13 @@ template <int W>
 HWY_ATTR void run(Function f, uint32_t n, const float* a, const float* b, float* y) {
   for (uint32_t i = 0; i < n; i += W) apply(f, Float<W>::load(a + i), Float<W>::load(b + i)).store(y + i);
 }
-#if HWY_TARGET == HWY_AVX2
-HWY_ATTR void run1(Function f, uint32_t n, const float* a, const float* b, float* y) { run<1>(f, n, a, b, y); }
-HWY_ATTR void run4(Function f, uint32_t n, const float* a, const float* b, float* y) { run<4>(f, n, a, b, y); }
-HWY_ATTR void run8(Function f, uint32_t n, const float* a, const float* b, float* y) { run<8>(f, n, a, b, y); }
-#else
-HWY_ATTR void run16(Function f, uint32_t n, const float* a, const float* b, float* y) { run<16>(f, n, a, b, y); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W)                                                                                             \
+  [[maybe_unused]] HWY_ATTR void run##W(Function f, uint32_t n, const float* a, const float* b, float* y) { \
+    run<W>(f, n, a, b, y);                                                                                  \
+  }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/math/noise.h>
 
 #ifndef KINORA_NOISE_TEST_ONCE
@@ -18,10 +19,7 @@ using Fill = void (*)(uint32_t n, const float* const p[3], const float* radius, 
 }
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 template <int W>
 void fill(uint32_t n, const float* const p[3], const float* radius, float* noise, float* fractal) {
   for (uint32_t i = 0; i < n; i += W) {
@@ -33,15 +31,10 @@ void fill(uint32_t n, const float* const p[3], const float* radius, float* noise
     fractalNoise(shape, q, Float<W>::load(radius + i), 7u).store(fractal + i);
   }
 }
-#if HWY_TARGET == HWY_AVX2
-constexpr noiseTest::Fill kFill1 = &fill<1>, kFill4 = &fill<4>, kFill8 = &fill<8>;
-#else
-constexpr noiseTest::Fill kFill16 = &fill<16>;
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) [[maybe_unused]] constexpr noiseTest::Fill kFill##W = &fill<W>;
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

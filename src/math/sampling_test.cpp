@@ -8,6 +8,7 @@
 #include <functional>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include <kinora/simd/tables.h>
 #include <kinora/math/sampling.h>
 
 #ifndef SAMPLING_TEST_ONCE
@@ -19,10 +20,7 @@ struct Rows {  // 8 rows of 8 lanes in, 12 out
 }  // namespace kinora::samplingTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using samplingTest::Rows;
 #if HWY_TARGET == HWY_AVX2
 using F = Float<8>;
@@ -72,10 +70,7 @@ HWY_ATTR void bend(Rows& r) {
   misPower(in(r, 6), c).store(r.out[10]);
 }
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora {

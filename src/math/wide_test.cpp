@@ -7,6 +7,7 @@
 #include <cstring>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/simd/wide.h>
 
 #ifndef WIDE_TEST_ONCE
@@ -24,10 +25,7 @@ struct Data {
 }  // namespace kinora::wideTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using wideTest::Data;
 
 template <int W>
@@ -49,17 +47,11 @@ HWY_ATTR void run(Data& d) {
     max(a, b).store(d.most + i);
   }
 }
-#if HWY_TARGET == HWY_AVX2
-HWY_ATTR void run1(Data& d) { run<1>(d); }
-HWY_ATTR void run4(Data& d) { run<4>(d); }
-HWY_ATTR void run8(Data& d) { run<8>(d); }
-#else
-[[maybe_unused]] HWY_ATTR void run16(Data& d) { run<16>(d); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) \
+  [[maybe_unused]] HWY_ATTR void run##W(Data& d) { run<W>(d); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora {

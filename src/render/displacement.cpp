@@ -1,6 +1,5 @@
 #include "render/displacement.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -16,8 +15,8 @@
 #include "geometry/refine.h"
 #include "render/camera_attributes.h"
 #include "render/matrix_scale.h"
-#include "render/shading_floats.h"
 #include "render/surfaces.h"
+#include "render/thread_groups.h"
 #include "sampling/sample_table.h"
 #include "shade/shader_scene.h"
 
@@ -319,14 +318,11 @@ Displacement::Shaded Displacement::shade(size_t shape, uint32_t placement,
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
   const float toRender = float(scaleAt(placement));
   const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
-  tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
+  ThreadGroups groups(world);
   const auto shadeChunk = [&](size_t chunk) {
     if (stop && stop->load(std::memory_order_relaxed)) return;
-    const ShadingFloats floats;
-    std::unique_ptr<shade::GroupState>& group = groups.local();
-    if (!group) group = std::make_unique<shade::GroupState>(world);
-    Arena& arena = group->arena();
-    const ArenaScope memory(arena);
+    const ThreadGroups::Use use(groups);
+    Arena& arena = use.arena();
     const size_t key = chunk / chunks, begin = chunk % chunks * kVerticesAtOnce;
     const uint32_t room = padded(kVerticesAtOnce);
     uint32_t *vertex = arena.make<uint32_t>(room), *zero = arena.make<uint32_t>(room),
@@ -356,7 +352,7 @@ Displacement::Shaded Displacement::shade(size_t shape, uint32_t placement,
     }
     if (!n) return;
     const SurfacePlaces places{zero, zero, triangle, u, v, time, radius, nullptr, number, zero};
-    const bool isTurned = group->displace(n, places, P, N, out, turned);
+    const bool isTurned = use.group().displace(n, places, P, N, out, turned);
     if (isTurned) hasNormals = true;
     for (uint32_t i = 0; i < n; ++i) {
       all.offsets[key * count + vertex[i]] = {out[0][i], out[1][i], out[2][i]};

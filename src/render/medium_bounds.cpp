@@ -1,6 +1,5 @@
 #include "render/medium_bounds.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,7 +8,7 @@
 #include <numeric>
 #include <vector>
 
-#include "render/shading_floats.h"
+#include "render/thread_groups.h"
 
 namespace kinora::render {
 
@@ -71,14 +70,11 @@ void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
   const trace::Affine toRender = world.spaceOf(m.instance, m.geometry).fromRender.inverse();
   const size_t perCell = size_t(n) * size_t(n) * size_t(n);
   const size_t atOnce = std::max<size_t>(1, kPointsAtOnce / perCell);
-  tbb::enumerable_thread_specific<std::unique_ptr<shade::GroupState>> groups;
+  ThreadGroups groups(world);
   tbb::parallel_for(size_t(0), (cells.size() + atOnce - 1) / atOnce, [&](size_t chunk) {
     if (stop && stop->load(std::memory_order_relaxed)) return;
-    const ShadingFloats floats;
-    std::unique_ptr<shade::GroupState>& group = groups.local();
-    if (!group) group = std::make_unique<shade::GroupState>(world);
-    Arena& arena = group->arena();
-    const ArenaScope memory(arena);
+    const ThreadGroups::Use use(groups);
+    Arena& arena = use.arena();
     const size_t first = chunk * atOnce, last = std::min(first + atOnce, cells.size());
     const uint32_t count = uint32_t((last - first) * perCell), room = padded(count);
     const auto f = [&] { return arena.make<float>(room); };
@@ -100,7 +96,7 @@ void lookAt(const shade::SpaceMedium& m, uint32_t index, const shade::ShadingWor
             time[at++] = m.isCarried ? timeOf(x + y + z) : 0.5f;
           }
     }
-    group->lookUpMedium(index, count, P, time, found, glow);
+    use.group().lookUpMedium(index, count, P, time, found, glow);
     for (size_t c = first; c < last; ++c) {
       const size_t from = (c - first) * perCell;
       const float *const e[3] = {found[0] + from, found[1] + from, found[2] + from},

@@ -1,7 +1,6 @@
 #include "render/services.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -9,57 +8,9 @@
 
 #include "render/marked_channels.h"
 #include "render/surface_channels.h"
-#include "sampling/draw.h"
 #include "shade/tees.h"
-#include "trace/unread_notes.h"
 
 namespace kinora::render {
-
-bool isReferenceSource(std::string_view source) {
-  return source == "__Pref" || source == "__Nref" || source == "__WPref" || source == "__WNref";
-}
-
-RecordPlan planRecord(const film::ChannelLayout& layout) {
-  RecordPlan p;
-  for (const film::RecordEntry& e : layout.record()) {
-    std::array<float, 3> remap;
-    const std::string source = film::sourceBehind(e.source, remap);
-    if (remap[2] > 0) p.remaps.push_back({e.offset, e.width, remap});
-    p.sources.push_back(source);
-    p.offsets.push_back(e.offset);
-    p.widths.push_back(e.width);
-    p.splatChannels.emplace_back();
-    for (int c = 0; c < layout.size(); ++c)
-      if (layout[c].splats && layout[c].source == e.source) p.splatChannels.back().push_back(c);
-    const film::SourceInfo* known = film::findSource(source);
-    if (source == film::kVisibleFallback) {
-      p.cleared.push_back({e.offset, 1});
-      if (e.width == 3) p.cleared.push_back({e.offset + 2, 1});
-    } else if (!known) {
-      if (!film::LightPaths::knows(source)) p.primvars.push_back({source, e.offset, e.width});
-    } else if (known->source == film::Source::SampleCount) {
-      p.cleared.push_back({e.offset, 1});
-    } else if (known->source == film::Source::CpuTime) {
-      p.cpuTime.push_back(e.offset);
-    } else {
-      if (known->source == film::Source::Depth) p.cleared.push_back({e.offset, INFINITY});
-      if (known->source == film::Source::Alpha || known->source == film::Source::Opacity)
-        for (int k = 0; k < e.width; ++k) p.coverage.push_back(e.offset + k);
-      p.surfaces.push_back({known->source, e.offset, e.width, false});
-    }
-  }
-  p.floats = layout.recordFloats();
-  return p;
-}
-
-void addUserLobes(const film::LightPaths& paths, RecordPlan& plan) {
-  static constexpr std::pair<uint32_t, film::Source> kSignals[] = {
-      {2, film::Source::Albedo}, {3, film::Source::P}, {6, film::Source::Nn}};
-  for (size_t i = 0; i < plan.sources.size(); ++i)
-    for (const auto& [lobe, source] : kSignals)
-      if (paths.userLobes(i) >> (lobe - 1) & 1)
-        plan.surfaces.push_back({source, plan.offsets[i], plan.widths[i], true});
-}
 
 // Plain functions for the table: each finds the worker through the group.
 struct Worker::Calls {
@@ -391,66 +342,6 @@ void Worker::begin(uint32_t count, StageKind stage) {
   }
 }
 
-void Worker::beginTry() {
-  try_.isOpen = state_.world().world->unread() != nullptr;
-  trace::UnreadNotes::ofThread() = {};
-  if (!try_.isOpen) return;
-  try_.notes = trace::UnreadBounds::notesOfThread();
-  try_.met.assign((state_.world().world->unread()->size() + 63) / 64, 0);
-  trace::UnreadNotes::ofThread() = {try_.met.data(), try_.met.size()};
-  try_.counters = state_.counters;
-  try_.lightRays = lightRays;
-  try_.splats.clear();
-  if (store) store->mark(index, try_.records);
-  if (learned) try_.lessons = learned->mark(index);
-}
-
-void Worker::beginLook() {
-  beginTry();
-  if (try_.isOpen) return;
-  try_.isOpen = true;
-  try_.counters = state_.counters;
-  try_.lightRays = lightRays;
-  try_.splats.clear();
-}
-
-void Worker::endLook() {
-  try_.isOpen = false;
-  trace::UnreadNotes::ofThread() = {};
-  try_.splats.clear();
-  state_.counters = try_.counters;
-  lightRays = try_.lightRays;
-}
-
-bool Worker::keepTry() {
-  if (!try_.isOpen) return true;
-  try_.isOpen = false;
-  trace::UnreadNotes::ofThread() = {};
-  if (trace::UnreadBounds::notesOfThread() != try_.notes) {
-    const auto spent = std::to_array(state_.counters.nanoseconds);
-    state_.counters = try_.counters;
-    std::copy(spent.begin(), spent.end(), state_.counters.nanoseconds);
-    lightRays = try_.lightRays;
-    if (store) store->cut(index, try_.records);
-    if (learned) learned->cut(index, try_.lessons);
-    return false;
-  }
-  for (const Try::Splat& s : try_.splats) {
-    const float* const values[3] = {&s.value[0], &s.value[1], &s.value[2]};
-    const uint32_t first = 0;
-    film_.splat({1, s.channel, &s.x, &s.y, &first, values});
-  }
-  return true;
-}
-
-std::vector<uint32_t> Worker::metUnread() const {
-  std::vector<uint32_t> out;
-  for (uint32_t w = 0; w < try_.met.size(); ++w)
-    for (uint64_t bits = try_.met[w]; bits; bits &= bits - 1)
-      out.push_back(64 * w + uint32_t(std::countr_zero(bits)));
-  return out;
-}
-
 const float* const* Worker::values() {
   values_.resize(records_.size());
   for (size_t k = 0; k < records_.size(); ++k) values_[k] = isWritten_[k] ? records_[k] : zeros_.data();
@@ -546,150 +437,6 @@ void Worker::noteWalks(const WalkNote& note) {
       std::snprintf(line + at, sizeof line - size_t(at), ", brings (%.9g %.9g %.9g)", note.value[0][i],
                     note.value[1][i], note.value[2][i]);
     print(line);
-  }
-}
-
-void Worker::emitLight(uint32_t n, EmittedLight* out) {
-  Arena& arena = state_.arena();
-  const uint32_t m = padded(n);
-  float* u[6];
-  for (float*& x : u) x = arena.make<float>(m);
-  const DrawSpan draw = drawSpan(state_.world().width);
-  const Group& g = state_.group();
-  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimFilter | kOwnIndex, u[0], u[5]);
-  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, kDimLens | kOwnIndex, u[1], u[2]);
-  draw(services_.samples, m, g.paths.sampleSeed, g.paths.sampleIndex, (kDimLens + 3) | kOwnIndex, u[3], u[4]);
-  const float* four[4] = {u[1], u[2], u[3], u[4]};
-  state_.world().lights->emit(state_.world().width, arena, n, u[0], four, g.paths.rays.time, g.paths.rays.o,
-                              g.paths.rays.d, out);
-  for (uint32_t i = 0; i < n; ++i) {
-    g.paths.rays.tMax[i] = 1e30f;
-    g.paths.rays.radius[i] = 0;
-    g.paths.rays.spread[i] = 0;
-  }
-  lightRays += n;
-  emitted_.assign(out->light, out->light + n);
-}
-
-// A light that is not linked to the surface or medium that its path meets first does not light it: the path ends there.
-uint32_t Worker::keepLinked(uint32_t n, const uint32_t** slots) {
-  const shade::ShadingWorld& w = state_.world();
-  const Hits& hits = state_.group().paths.hits;
-  uint32_t* kept = state_.arena().make<uint32_t>(padded(n + 1));
-  uint32_t m = 0;
-  for (uint32_t i = 0; i < n; ++i) {
-    const uint32_t s = (*slots)[i], light = emitted_[s];
-    const uint32_t set = w.placementOf(hits.instance[s], hits.geometry[s]).linkSet;
-    kept[m] = s;
-    m += light == kNoLight || w.lights->isLinked(set, light);
-  }
-  *slots = kept;
-  return m;
-}
-
-bool Worker::isHidden(uint32_t instance, uint32_t geometry) const {
-  const shade::ShadingWorld& w = state_.world();
-  const shade::PlacementInfo& p = w.placementOf(instance, geometry);
-  return p.isHiddenFromCamera || p.hole;
-}
-
-void Worker::connectCamera(const Context* c, CameraConnection* out) {
-  Arena& arena = state_.arena();
-  const uint32_t m = c->padded;
-  float* x[16];
-  for (float*& y : x) y = arena.make<float>(m);
-  const DrawSpan draw = drawSpan(state_.world().width);
-  // back to where a camera ray left the lens, or to anywhere on it
-  const bool isBack = c->traits & kTraitPrimaryHit;
-  draw(services_.samples, m, c->sampleSeed, c->sampleIndex, isBack ? kDimLens : dimensionAt(c->depth) + kDimUser,
-       x[3], x[4]);
-  uint8_t* cut = camera_.cuts.empty() ? nullptr : arena.make<uint8_t>(m);
-  const auto at = [&](const std::vector<trace::Affine>& keys, float time) {
-    if (keys.size() == 1) return keys[0];
-    const float f = time * float(keys.size() - 1);
-    const size_t k = std::min(size_t(f), keys.size() - 2);
-    trace::Affine a = keys[k];
-    const float w = f - float(k);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) a.m[i][j] += w * (keys[k + 1].m[i][j] - a.m[i][j]);
-      a.t[i] += w * (keys[k + 1].t[i] - a.t[i]);
-    }
-    return a;
-  };
-  for (uint32_t i = 0; i < m; ++i) {
-    const float p[3] = {c->P[0][i], c->P[1][i], c->P[2][i]};
-    float q[3];
-    at(camera_.fromRender, c->time[i]).point(p, q);
-    for (int k = 0; k < 3; ++k) x[k][i] = q[k];
-    if (cut) cut[i] = cutAway(camera_.cuts, q);
-  }
-  const CameraConnectArgs a{c->count,           {x[0], x[1], x[2]}, {x[3], x[4]}, c->time,
-                            {x[5], x[6], x[7]}, {x[8], x[9]},       x[10],        x[11]};
-  camera_.functions->connect(camera_.projection.data(), &a);
-  for (uint32_t i = 0; i < m; ++i) {
-    const float p[3] = {x[5][i], x[6][i], x[7][i]};
-    if (cut && cut[i]) x[10][i] = 0;
-    float begin = 0, end = 1;  // of the way from the lens
-    if (cut) {
-      const float way[3] = {x[0][i] - p[0], x[1][i] - p[1], x[2][i] - p[2]};
-      cutRay(camera_.cuts, p, way, begin, end);
-    }
-    if (c->place.instance && isHidden(c->place.instance[i], c->place.geometry[i])) x[10][i] = 0;
-    float q[3];
-    at(camera_.toRender, c->time[i]).point(p, q);
-    float d2 = 0, d[3];
-    for (int k = 0; k < 3; ++k) {
-      d[k] = q[k] - c->P[k][i];
-      d2 += d[k] * d[k];
-    }
-    const float length = std::sqrt(d2), inv = length > 0 ? 1.f / length : 0.f;
-    for (int k = 0; k < 3; ++k) x[12 + k][i] = d[k] * inv;
-    x[0][i] = length;
-    x[15][i] = std::min(begin, 1.f) * length;
-    // of paths at this time, where the pixel that will get their light is open
-    if (camera_.rolling.rolls() && x[10][i] > 0) {
-      const film::SplatFilter::Pixel p = splatFilter_->choose(x[8][i], x[9][i]);
-      x[10][i] *= camera_.rolling.share(p.x, p.y, c->time[i]);
-    }
-  }
-  *out = CameraConnection{{x[12], x[13], x[14]}, x[0], x[10], x[11], {x[8], x[9]}, x[15]};
-}
-
-void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
-                   const uint32_t* light) {
-  Arena& arena = state_.arena();
-  const ArenaScope memory(arena);
-  int32_t *px = arena.make<int32_t>(padded(n)), *py = arena.make<int32_t>(padded(n));
-  uint32_t* index = arena.make<uint32_t>(padded(n));
-  float* v[3];
-  for (float*& x : v) x = arena.make<float>(padded(n));
-  const float scale = 1.f / float(lightPathsPerPass_ ? lightPathsPerPass_ : 1);
-  float* share = arena.make<float>(padded(n));
-  int32_t *column = arena.make<int32_t>(padded(n)), *row = arena.make<int32_t>(padded(n));
-  for (uint32_t i = 0; i < n; ++i) {
-    const film::SplatFilter::Pixel p = splatFilter_->choose(raster[0][i], raster[1][i]);
-    column[i] = p.x;
-    row[i] = p.y;
-    share[i] = p.weight * scale;
-  }
-  // channel by channel; states differ by path
-  for (size_t k = 0; k < splatChannels_.size(); ++k) {
-    const uint8_t* takes = takesSplat_.data() + k * perKind_;
-    int m = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      if (!takes[state[i] * endCount_ + (light ? endOf(light[i]) : 1)]) continue;
-      px[m] = column[i];
-      py[m] = row[i];
-      index[m] = i;
-      for (int c = 0; c < 3; ++c) v[c][m] = value[c][i] * share[i];
-      ++m;
-    }
-    if (m && try_.isOpen) {
-      for (int i = 0; i < m; ++i)
-        try_.splats.push_back({splatChannels_[k], px[i], py[i], {v[0][i], v[1][i], v[2][i]}});
-      continue;
-    }
-    if (m) film_.splat({m, splatChannels_[k], px, py, index, v});
   }
 }
 

@@ -4,12 +4,10 @@
 #include "shade/one_lane.h"
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/math/elementary.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 template <int W>
 KN_INLINE void through(uint32_t n, float* depth) {
@@ -20,24 +18,16 @@ KN_INLINE void through(uint32_t n, float* depth) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] void through1(uint32_t n, float* depth) { through<1>(n, depth); }
-[[maybe_unused]] void through4(uint32_t n, float* depth) { through<4>(n, depth); }
-[[maybe_unused]] void through8(uint32_t n, float* depth) { through<8>(n, depth); }
-#else
-[[maybe_unused]] void through16(uint32_t n, float* depth) { through<16>(n, depth); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) \
+  [[maybe_unused]] void through##W(uint32_t n, float* depth) { through<W>(n, depth); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
 
-void letThrough(uint32_t width, uint32_t n, float* depth) {
-  kernelFor(width, &N_AVX2::through1, &N_AVX2::through4, &N_AVX2::through8, &N_AVX3::through16)(n, depth);
-}
+void letThrough(uint32_t width, uint32_t n, float* depth) { KN_PICK_WIDTH(width, through)(n, depth); }
 
 float beerLambert(float absorption, float distance) {
   if (!(absorption > 0)) return 1;

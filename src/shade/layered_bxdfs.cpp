@@ -1,5 +1,7 @@
 #include "shade/layered_bxdfs.h"
 
+#include <kinora/lama_limits.h>
+
 #include <algorithm>
 #include <initializer_list>
 #include <string_view>
@@ -13,7 +15,7 @@ namespace kinora::shade {
 
 namespace {
 
-constexpr int kMaxLeaves = 8, kMaxBelow = 2, kLobeNames = 2;  // of plugins/bxdf/lama/closure.h
+constexpr int kMaxLeaves = lama::kMaxLeaves, kMaxBelow = lama::kMaxBelow, kLobeNames = lama::kLobeNames;
 constexpr int kMaxVisits = 256;
 
 struct Slot {

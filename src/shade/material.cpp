@@ -16,26 +16,13 @@
 #include "shade/connected_bumps.h"
 #include "shade/layered_bxdfs.h"
 #include "shade/ramp_check.h"
+#include "shade/resolved_node.h"
+#include "shade/rules_by_name.h"
 #include "shade/shader_parameters.h"
 #include "shade/standard_shaders.h"
 #include "texture/texture_system.h"
 
 namespace kinora::shade {
-
-struct MaterialSet::Resolved {
-  const Descriptor* plugin;
-  std::shared_ptr<const ShaderNode> shader;
-  const scene::Node* node;
-  std::unique_ptr<ResolvedParams> values;
-  struct Link {
-    int node = -1;
-    uint32_t output = 0;
-    int32_t part = -1;
-  };
-  std::vector<Link> links;  // by parameter
-  std::vector<PartReference> wantedParts;
-  std::vector<PartSource> parts;
-};
 
 struct MaterialSet::Handles {
   std::map<std::string, int> nodes;                    // by handle, into the list of resolved nodes
@@ -137,14 +124,10 @@ uint32_t MaterialSet::add(const scene::NetworkPtr& given, const scene::Attribute
       p.name = "diffuseColor";
       p.type = scene::ValueType::Color;
       p.floats = {0.8f, 0.f, 0.8f};
-      for (const char* name : {"diffuseColor", "baseColor", "frontColor", "color", "surfaceColor", "nearColor",
-                               "edgeColor", "emitColor"}) {
-        const scene::Parameter* q = node->params.find(name);
-        if (!q || (!q->isReference && q->floats.size() != 3)) continue;
-        p = *q;
+      if (const scene::Parameter* color = colorOfMissingBxdf(*node)) {
+        p = *color;
         p.name = "diffuseColor";
-        done = std::string("a diffuse material of its ") + name + " stands in";
-        break;
+        done = "a diffuse material of its " + color->name + " stands in";
       }
       diagnostics_.warning("PLUGIN-MISSING", node->pos, who, done, adviceOnMissing(Kind::Bxdf, node->plugin));
       fallback.handle = node->handle;
@@ -248,22 +231,6 @@ void MaterialSet::addPatterns(const scene::Network& network, std::vector<Resolve
 
 // Follows what each node's parameters are connected to.
 void MaterialSet::connect(std::vector<Resolved>& nodes, const Handles& handles) {
-  // A layer S to which nothing is connected, and of which no member S_x is said, is none: its switch SEnabled, which is
-  // on by default, would lay the plug-in's usual values over what is below.
-  const auto switchOffEmpty = [](Resolved& r) {
-    const auto isSaid = [&](const std::string& prefix) {
-      for (uint32_t i = 0; i < r.plugin->paramCount; ++i)
-        if (std::string_view(r.plugin->params[i].name).starts_with(prefix) && r.values->given(i)) return true;
-      return false;
-    };
-    for (uint32_t i = 0; i < r.plugin->paramCount; ++i) {
-      const Param& p = r.plugin->params[i];
-      if (p.type != Type::Struct || p.flags & kParamOutput || r.links[i].node >= 0) continue;
-      const std::string layer = p.name;
-      for (uint32_t k = 0; k < r.plugin->paramCount; ++k)
-        if (r.plugin->params[k].name == layer + "Enabled" && !isSaid(layer + "_")) r.values->setNumber(k, 0);
-    }
-  };
   for (size_t n = 0; n < nodes.size(); ++n) {
     Resolved& r = nodes[n];
     // What "handle:output" names; node -1 after a message.
@@ -343,58 +310,6 @@ void MaterialSet::connect(std::vector<Resolved>& nodes, const Handles& handles) 
       if (r.plugin->params[i].type == Type::Struct && r.links[i].node >= 0) connectMembers(nodes, r, i);
     switchOffEmpty(r);
   }
-}
-
-// A struct that is connected brings its members along: the output's companions O_x feed the parameters S_x, or x
-// where the node has no S_x (a layered surface). What the scene connects by itself stays; switches S_enableX that it
-// does not set are those of the producer, and on where the producer has none.
-void MaterialSet::connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter) {
-  const Resolved::Link link = to.links[parameter];
-  const Descriptor &from = *nodes[size_t(link.node)].plugin, &plugin = *to.plugin;
-  const std::string prefix = std::string(plugin.params[parameter].name) + "_";
-  const auto find = [](const Descriptor& d, const std::string& name) {
-    uint32_t i = 0;
-    while (i < d.paramCount && ((d.params[i].flags & kParamOutput) || !sameName(d.params[i].name, name))) ++i;
-    return i;
-  };
-  std::string whole;
-  uint32_t output = 0;
-  for (uint32_t k = 0; k < from.paramCount; ++k)
-    if (from.params[k].flags & kParamOutput && output++ == link.output)
-      whole = std::string(from.params[k].name) + "_";
-  output = 0;
-  for (uint32_t k = 0; k < from.paramCount; ++k) {
-    if (!(from.params[k].flags & kParamOutput)) continue;
-    const uint32_t index = output++;
-    const std::string name = from.params[k].name;
-    if (!name.starts_with(whole) || from.params[k].type == Type::Struct) continue;
-    const std::string member = name.substr(whole.size());
-    uint32_t i = find(plugin, prefix + member);
-    if (i == plugin.paramCount) i = find(plugin, member);
-    if (i == plugin.paramCount || plugin.params[i].flags & kParamNotConnectable || to.links[i].node >= 0) continue;
-    to.links[i] = {link.node, index};
-    to.values->connect(i);
-  }
-  for (uint32_t i = 0; i < plugin.paramCount; ++i) {
-    const std::string name = plugin.params[i].name;
-    if (!name.starts_with(prefix + "enable") || plugin.params[i].type != Type::Int || to.values->given(i)) continue;
-    const uint32_t own = find(from, name.substr(prefix.size()));
-    to.values->setNumber(i, own == from.paramCount ? 1.f : nodes[size_t(link.node)].values->values()[own].floats[0]);
-  }
-}
-
-// What a bxdf says of the shadows that it casts, by parameters of these names, whichever has them.
-MaterialSet::ShadowsCast MaterialSet::shadowsCast(const Resolved& bxdf) {
-  ShadowsCast s;
-  for (uint32_t i = 0; i < bxdf.plugin->paramCount; ++i) {
-    const Param& p = bxdf.plugin->params[i];
-    const ParamValue& v = bxdf.values->values()[i];
-    if (sameName(p.name, "shadowColor") && p.type == Type::Color &&
-        (bxdf.links[i].node >= 0 || v.floats[0] > 0 || v.floats[1] > 0 || v.floats[2] > 0))
-      s.color = int32_t(i);
-    if (sameName(p.name, "shadowMode") && p.type == Type::Int) s.isColorAll = v.floats[0] == 1;
-  }
-  return s;
 }
 
 uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup) {
@@ -592,45 +507,6 @@ uint32_t MaterialSet::addResolved(std::vector<Resolved>& nodes, const std::strin
   return uint32_t(materials_.size() - 1);
 }
 
-// Of PxrTee the number goes to the channel where nothing reads the colour. Outputs of PxrMatteID are named as their
-// channels are.
-static void findTees(Program& p) {
-  for (uint32_t n = 0; n < p.nodes.size(); ++n) {
-    const ProgramNode& node = p.nodes[n];
-    for (uint32_t k = 0; node.source && sameName(node.plugin->name, "PxrMatteID") && k < node.outputParam.size();
-         ++k) {
-      const std::string name = node.plugin->params[node.outputParam[k]].name;
-      if (!name.starts_with("MatteID")) continue;
-      p.tees.push_back({name, n, k});
-    }
-    if (node.source || !sameName(node.plugin->name, "PxrTee")) continue;
-    uint32_t output = 0, wanted = 0;
-    for (uint32_t k = 0; k < node.outputParam.size(); ++k) {
-      const char* name = node.plugin->params[node.outputParam[k]].name;
-      if (sameName(name, "resultF"))
-        output = k;
-      else if (node.wanted[k])
-        ++wanted;
-    }
-    for (uint32_t i = 0; i < node.plugin->paramCount; ++i)
-      if (sameName(node.plugin->params[i].name, "aov") && node.params[i].text && *node.params[i].text)
-        p.tees.push_back({node.params[i].text, n, wanted ? 0 : output});
-  }
-}
-
-// The name of a lobe: "=lobeName:Diffuse" is the text of the bxdf's parameter lobeName, or Diffuse where that is empty.
-static std::string_view nameOf(const LobeDecl& lobe, const ProgramNode& bxdf) {
-  std::string_view name = lobe.name ? lobe.name : "";
-  if (!name.starts_with('=')) return name;
-  const size_t colon = std::min(name.find(':'), name.size());
-  const std::string parameter(name.substr(1, colon - 1));
-  for (uint32_t i = 0; i < bxdf.plugin->paramCount; ++i)
-    if (sameName(bxdf.plugin->params[i].name, parameter) && bxdf.plugin->params[i].type == Type::String &&
-        bxdf.params[i].text && *bxdf.params[i].text)
-      return bxdf.params[i].text;
-  return colon < name.size() ? name.substr(colon + 1) : std::string_view();
-}
-
 void MaterialSet::finish() {
   // only for finding what is there already
   known_.clear();
@@ -677,7 +553,7 @@ void MaterialSet::finish() {
     for (const uint32_t l : order) {
       const LobeDecl& lobe = p.traits->lobes[l];
       const bool tinted = isTinted(lobe), walkable = p.walkableLobes >> l & 1;
-      const uint16_t e = paths_.event(lobe.flags, nameOf(lobe, p.nodes.back()), p.lpeGroup);
+      const uint16_t e = paths_.event(lobe.flags, lobeName(lobe, p.nodes.back()), p.lpeGroup);
       size_t slot = 0;
       while (slot < p.eventOfSlot.size() && (p.eventOfSlot[slot] != e || bool(p.tintedSlots >> slot & 1) != tinted ||
                                              bool(p.walkableSlots >> slot & 1) != walkable))

@@ -140,13 +140,15 @@ class MaterialSet {
     int32_t color = -1;       // the parameter, where it may be other than black
     bool isColorAll = false;  // nothing else passes: no tint of glass
   };
-  static ShadowsCast shadowsCast(const Resolved& bxdf);
   bool resolve(const scene::Node& node, Kind kind, Resolved& out);
   uint32_t addResolved(std::vector<Resolved>& nodes, const std::string& lpeGroup);
   struct Handles;  // of a network's patterns
   void addPatterns(const scene::Network& network, std::vector<Resolved>& nodes, Handles& handles);
   void connect(std::vector<Resolved>& nodes, const Handles& handles);
-  void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
+  // rules_by_name.cpp
+  static void connectMembers(std::vector<Resolved>& nodes, Resolved& to, uint32_t parameter);
+  static ShadowsCast shadowsCast(const Resolved& bxdf);
+  static void switchOffEmpty(Resolved& r);
   Registry& registry_;
   Diagnostics& diagnostics_;
   TextureSystem& textures_;

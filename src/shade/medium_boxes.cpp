@@ -4,12 +4,10 @@
 
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/simd/wide.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 template <int W>
 KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
@@ -35,24 +33,16 @@ KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] void cross1(const shade::BoxCrossingArgs& a) { cross<1>(a); }
-[[maybe_unused]] void cross4(const shade::BoxCrossingArgs& a) { cross<4>(a); }
-[[maybe_unused]] void cross8(const shade::BoxCrossingArgs& a) { cross<8>(a); }
-#else
-[[maybe_unused]] void cross16(const shade::BoxCrossingArgs& a) { cross<16>(a); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) \
+  [[maybe_unused]] void cross##W(const shade::BoxCrossingArgs& a) { cross<W>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
 
-BoxCrossingKernel boxCrossingKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::cross1, &N_AVX2::cross4, &N_AVX2::cross8, &N_AVX3::cross16);
-}
+BoxCrossingKernel boxCrossingKernel(uint32_t width) { return KN_PICK_WIDTH(width, cross); }
 
 }  // namespace kinora::shade
 #endif

@@ -1,5 +1,5 @@
 // Rays on their way through media that fill space, from one tentative collision to the next, and what they ask there of
-// the media. Made and followed by group_space.cpp, for the rays of one call.
+// the media. Made and followed by group_space.cpp and group_transmittance.cpp, for the rays of one call.
 #pragma once
 #include <algorithm>
 #include <cstring>
@@ -89,6 +89,27 @@ class MediumTracks {
   uint32_t lastMedium_ = ~0u;
   trace::Affine toLast_;
 };
+
+inline constexpr uint32_t kMostCollisions = 1u << 16;  // tentative ones of a ray
+
+// Takes the open tracks to their next tentative collisions; end(track) hears of those that have none. Returns how many
+// go on, which stay in `open`.
+template <class End>
+uint32_t advanceAll(MediumTracks& tracks, uint32_t m, uint32_t* open, uint64_t& endless, End&& end) {
+  uint32_t going = 0;
+  for (uint32_t i = 0; i < m; ++i) {
+    Track& t = tracks[open[i]];
+    if (t.event > kMostCollisions) {
+      ++endless;
+      for (float& w : t.w) w = 0;
+    } else if (tracks.advance(open[i])) {
+      open[going++] = open[i];
+      continue;
+    }
+    end(t);
+  }
+  return going;
+}
 
 // By entry, how far the listed rays go in media, which is `ends`, but for those of the camera no farther than clipping
 // planes let it see. The farthest distance of other rays is one of surfaces alone.

@@ -1,12 +1,10 @@
 #define KINORA_KERNEL_FILE "shade/one_lane.cpp"
 #include "shade/one_lane.h"
 #include <kinora/simd/foreach_target.h>
+#include <kinora/simd/tables.h>
 #include <kinora/math/elementary.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 #if HWY_TARGET == HWY_AVX2
 float exp1(float x) { return exp(Float<1>(x)).lane0(); }
 float log1(float x) { return log(Float<1>(x)).lane0(); }
@@ -15,10 +13,7 @@ float atan1(float x) { return atan(Float<1>(x)).lane0(); }
 float atan21(float y, float x) { return atan2(Float<1>(y), Float<1>(x)).lane0(); }
 float asin1(float x) { return asin(Float<1>(x)).lane0(); }
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade::oneLane {

@@ -4,11 +4,9 @@
 #include "simd/dispatch.h"
 #include "trace/world.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using shade::PointsArgs;
 
 template <int W>
@@ -114,36 +112,18 @@ void surfaces(shade::SurfacesArgs& a) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-#define KN_SURFACES(W)                                                                \
+#define KN_X(W)                                                                       \
   [[maybe_unused]] void programs##W(const shade::ProgramsArgs& a) { programs<W>(a); } \
-  [[maybe_unused]] void surfaces##W(shade::SurfacesArgs& a) { surfaces<W>(a); }
-KN_SURFACES(1)
-KN_SURFACES(4)
-KN_SURFACES(8)
-[[maybe_unused]] void points1(const PointsArgs& a) { points<1>(a); }
-[[maybe_unused]] void points4(const PointsArgs& a) { points<4>(a); }
-[[maybe_unused]] void points8(const PointsArgs& a) { points<8>(a); }
-#else
-[[maybe_unused]] void programs16(const shade::ProgramsArgs& a) { programs<16>(a); }
-[[maybe_unused]] void surfaces16(shade::SurfacesArgs& a) { surfaces<16>(a); }
-[[maybe_unused]] void points16(const PointsArgs& a) { points<16>(a); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+  [[maybe_unused]] void surfaces##W(shade::SurfacesArgs& a) { surfaces<W>(a); }       \
+  [[maybe_unused]] void points##W(const PointsArgs& a) { points<W>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
-ProgramsKernel programsKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::programs1, &N_AVX2::programs4, &N_AVX2::programs8, &N_AVX3::programs16);
-}
-SurfacesKernel surfacesKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::surfaces1, &N_AVX2::surfaces4, &N_AVX2::surfaces8, &N_AVX3::surfaces16);
-}
-PointsKernel pointsKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::points1, &N_AVX2::points4, &N_AVX2::points8, &N_AVX3::points16);
-}
+ProgramsKernel programsKernel(uint32_t width) { return KN_PICK_WIDTH(width, programs); }
+SurfacesKernel surfacesKernel(uint32_t width) { return KN_PICK_WIDTH(width, surfaces); }
+PointsKernel pointsKernel(uint32_t width) { return KN_PICK_WIDTH(width, points); }
 }  // namespace kinora::shade
 #endif

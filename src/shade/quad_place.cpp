@@ -10,11 +10,9 @@
 #include "shade/surface_points.h"
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 // The root in 0..1 of a x^2 - b x + c, which is not negative at 0 and not positive at 1. Either form divides by a sum
 // of numbers of one sign; where a side of the quad is drawn together to the point, anything finite will do.
@@ -53,24 +51,16 @@ void quads(const shade::QuadsArgs& q) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] void quads1(const shade::QuadsArgs& a) { quads<1>(a); }
-[[maybe_unused]] void quads4(const shade::QuadsArgs& a) { quads<4>(a); }
-[[maybe_unused]] void quads8(const shade::QuadsArgs& a) { quads<8>(a); }
-#else
-[[maybe_unused]] void quads16(const shade::QuadsArgs& a) { quads<16>(a); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) \
+  [[maybe_unused]] void quads##W(const shade::QuadsArgs& a) { quads<W>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
 
-QuadsKernel quadsKernel(uint32_t width) {
-  return kernelFor(width, &N_AVX2::quads1, &N_AVX2::quads4, &N_AVX2::quads8, &N_AVX3::quads16);
-}
+QuadsKernel quadsKernel(uint32_t width) { return KN_PICK_WIDTH(width, quads); }
 
 using Imath::V3f;
 

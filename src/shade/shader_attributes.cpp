@@ -203,10 +203,8 @@ void giveAttribute(const Context* c, ContextHost& h, const Batch& batch, Span ob
       has = object.integer(0, i) == kBuiltin && !inSpace && giveBuiltin(c, h, *asked, point, to, i);
     } else if (!index.components || element >= 0) {
       if (primvar) has = givePrimvar(c, h, *primvar, primvars, handle, element, point, to, i);
-      if (!has && implied != Implied::None) {
-        const Tint& tint = world.tints[world.placementOf(instance, geometry).tint];
-        if (saysImplied(implied, tint)) has = giveImplied(implied, primvars.of(handle), element, point, to, i);
-      }
+      if (!has && hasPrimvar(c, world, nullptr, implied, point))
+        has = giveImplied(implied, primvars.of(handle), element, point, to, i);
       if (!has && attribute) has = giveParameter(*attribute, element, to, i);
     }
     found.set(0, i, int32_t(has));

@@ -29,10 +29,27 @@ inline std::vector<const WidthTable*> runnableTables(const Descriptor& d) {
   return r;
 }
 
+// Rows of numbers of n points, padded.
+class PointRows {
+ protected:
+  PointRows(uint32_t n, uint32_t rows) : n_(n), padded_(padded(n)), data_(size_t(padded_) * rows) {}
+  float* row(uint32_t r) { return data_.data() + size_t(r) * padded_; }
+  // Repeats the last number of the first rows in the padding and makes all others NaN.
+  void prepareRows(uint32_t inputs) {
+    for (uint32_t k = 0; k < inputs; ++k)
+      for (uint32_t i = n_; i < padded_; ++i) row(k)[i] = row(k)[n_ - 1];
+    std::fill(data_.begin() + std::ptrdiff_t(inputs) * padded_, data_.end(), std::numeric_limits<float>::quiet_NaN());
+  }
+  uint32_t n_, padded_;
+
+ private:
+  std::vector<float> data_;
+};
+
 // Directions of n points, and what evaluate says of them.
-class Evaluation {
+class Evaluation : PointRows {
  public:
-  explicit Evaluation(uint32_t n) : n_(n), padded_(padded(n)), data_(size_t(padded_) * (3 + 3 * kMaxSlots + 2)) {
+  explicit Evaluation(uint32_t n) : PointRows(n, 3 + 3 * kMaxSlots + 2) {
     for (int k = 0; k < 3; ++k) args_.wi[k] = row(k);
     for (uint32_t s = 0; s < kMaxSlots; ++s)
       for (int k = 0; k < 3; ++k) args_.weight[s][k] = row(3 + 3 * s + k);
@@ -47,11 +64,7 @@ class Evaluation {
   }
   Vec3 wi(uint32_t i) const { return {args_.wi[0][i], args_.wi[1][i], args_.wi[2][i]}; }
   // Repeats the last direction in the padding and makes all outputs NaN.
-  void prepare() {
-    for (int k = 0; k < 3; ++k)
-      for (uint32_t i = n_; i < padded_; ++i) row(k)[i] = row(k)[n_ - 1];
-    std::fill(data_.begin() + std::ptrdiff_t(3 * padded_), data_.end(), std::numeric_limits<float>::quiet_NaN());
-  }
+  void prepare() { prepareRows(3); }
   const EvaluateArgs* args() const { return &args_; }
   float weight(uint32_t slot, int k, uint32_t i) const { return args_.weight[slot][k][i]; }
   double total(uint32_t slots, int k, uint32_t i) const {
@@ -63,17 +76,13 @@ class Evaluation {
   float pdfReverse(uint32_t i) const { return args_.pdfReverse[i]; }
 
  private:
-  float* row(uint32_t r) { return data_.data() + size_t(r) * padded_; }
-  uint32_t n_, padded_;
-  std::vector<float> data_;
   EvaluateArgs args_{};
 };
 
 // Random numbers and samples of n points.
-class Generation {
+class Generation : PointRows {
  public:
-  explicit Generation(uint32_t n)
-      : n_(n), padded_(padded(n)), data_(size_t(padded_) * 12), words_(size_t(padded_) * 2) {
+  explicit Generation(uint32_t n) : PointRows(n, 12), words_(size_t(padded_) * 2) {
     for (int k = 0; k < 4; ++k) args_.u[k] = row(k);
     for (int k = 0; k < 3; ++k) args_.wi[k] = row(4 + k);
     for (int k = 0; k < 3; ++k) args_.weight[k] = row(7 + k);
@@ -84,9 +93,7 @@ class Generation {
   }
   float* u(int k) { return row(uint32_t(k)); }
   void prepare() {
-    for (int k = 0; k < 4; ++k)
-      for (uint32_t i = n_; i < padded_; ++i) row(uint32_t(k))[i] = row(uint32_t(k))[n_ - 1];
-    std::fill(data_.begin() + std::ptrdiff_t(4 * padded_), data_.end(), std::numeric_limits<float>::quiet_NaN());
+    prepareRows(4);
     std::fill(words_.begin(), words_.end(), ~0u);
   }
   const GenerateArgs* args() const { return &args_; }
@@ -100,9 +107,6 @@ class Generation {
   float pdfReverse(uint32_t i) const { return args_.pdfReverse[i]; }
 
  private:
-  float* row(uint32_t r) { return data_.data() + size_t(r) * padded_; }
-  uint32_t n_, padded_;
-  std::vector<float> data_;
   std::vector<uint32_t> words_;
   GenerateArgs args_{};
 };

@@ -47,10 +47,7 @@ struct Closure {
 }  // namespace kinora::trial
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace trial;
 
 template <int D>
@@ -160,10 +157,7 @@ struct Trial {
 #endif
 TRIALS(X)
 #undef X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

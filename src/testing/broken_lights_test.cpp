@@ -48,10 +48,7 @@ struct Data {
 }  // namespace kinora::trialLight
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace trialLight;
 
 template <int D>
@@ -161,10 +158,7 @@ struct TrialLight {
 #endif
 TRIALS(X)
 #undef X
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

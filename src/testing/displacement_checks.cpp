@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "testing/bound_bxdf.h"
+#include "testing/judge.h"
 
 namespace kinora::testing {
 
@@ -49,13 +50,10 @@ std::vector<float> offsetsOf(const Descriptor& d, const Setting& s, const WidthT
 }  // namespace
 
 CheckReport checkDisplacement(const Descriptor& d, uint64_t seed) {
-  constexpr uint32_t kMostKept = 5;
   CheckReport report;
   report.plugin = d.name;
   const auto fail = [&](const char* check, const std::string& setting, const std::string& what) {
-    report.passed = false;
-    if (++report.failuresByCheck[check] <= kMostKept)
-      report.failures.push_back(std::string(check) + ": " + d.name + " {" + setting + "}: " + what);
+    noteFailure(report, check, setting, what);
   };
   const auto tables = runnableTables(d);
   if (tables.empty()) {

@@ -12,6 +12,7 @@
 
 #include "testing/bound_bxdf.h"
 #include "testing/displacement_checks.h"
+#include "testing/judge.h"
 
 namespace kinora::testing {
 
@@ -19,7 +20,6 @@ namespace {
 
 constexpr uint32_t kPoints = 37, kRows = 14;
 constexpr uint32_t kColumns = 64, kLines = 48;  // of the picture that channel filters work on
-constexpr uint32_t kMostKept = 5;
 
 // Inputs of all points, row by row, and their answers; `order` says which point stands where.
 struct Batch {
@@ -132,9 +132,7 @@ CheckReport checkFilter(const Descriptor& d, uint64_t seed) {
   CheckReport report;
   report.plugin = d.name;
   const auto fail = [&](const char* check, const std::string& setting, const std::string& what) {
-    report.passed = false;
-    if (++report.failuresByCheck[check] <= kMostKept)
-      report.failures.push_back(std::string(check) + ": " + d.name + " {" + setting + "}: " + what);
+    noteFailure(report, check, setting, what);
   };
   const auto tables = runnableTables(d);
   const bool needsTraits = d.kind == Kind::SampleFilter || d.kind == Kind::DisplayFilter || d.kind == Kind::Volume;

@@ -8,12 +8,16 @@
 namespace kinora::testing {
 
 namespace {
-constexpr uint32_t kShownPerCheck = 6;
-void addFailure(CheckReport& r, const std::string& check, const std::string& line) {
+constexpr uint32_t kShownPerCheck = 6, kNotedPerCheck = 5;
+void addFailure(CheckReport& r, const std::string& check, const std::string& line, uint32_t most = kShownPerCheck) {
   r.passed = false;
-  if (++r.failuresByCheck[check] <= kShownPerCheck) r.failures.push_back(check + ": " + line);
+  if (++r.failuresByCheck[check] <= most) r.failures.push_back(check + ": " + line);
 }
 }  // namespace
+
+void noteFailure(CheckReport& report, const char* check, const std::string& setting, const std::string& what) {
+  addFailure(report, check, report.plugin + " {" + setting + "}: " + what, kNotedPerCheck);
+}
 
 Judge::Judge(std::string plugin) : start_(std::chrono::steady_clock::now()) { report_.plugin = std::move(plugin); }
 

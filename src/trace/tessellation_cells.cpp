@@ -5,12 +5,10 @@
 
 #include "trace/tessellation.h"
 #include <kinora/simd/foreach_target.h>
+#include <kinora/simd/tables.h>
 #include <kinora/simd/wide.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 #if HWY_TARGET == HWY_AVX2
 using F4 = Float<4>;
@@ -140,10 +138,7 @@ HWY_ATTR bool nearestCell(const trace::GridView& grid, const trace::GridRay& ray
 }
 #endif
 
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::trace {

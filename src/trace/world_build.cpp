@@ -1,4 +1,5 @@
-// How a World is made: parts, baked batches, instances and swarms, the top level, solids.
+// How a World is made: which placements are baked into batches, instances and swarms, the top level. Parts are built in
+// part_build.cpp, solids in world_solids.cpp.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -12,139 +13,18 @@
 #include "scene/uniform_keys.h"
 #include "trace/embree_device.h"
 #include "trace/strands.h"
-#include "trace/user_calls.h"
 #include "trace/world_part.h"
 
 namespace kinora::trace {
 
 namespace {
 
-constexpr uint32_t kMergeBelow = 256;  // triangles: smaller shapes of a batch share one Embree geometry
 constexpr uint32_t kBatchTriangles = 200000;
 
 int keyCountFor(const scene::Transform& t, double open, double close) {
   if (t.isStatic() || close <= open) return 1;
   return scene::uniformKeyCount(t.times, open, close, scene::kMostUniformKeys);
 }
-
-}  // namespace
-
-void World::Part::build() {
-  scene = rtcNewScene(device());
-  int flags = watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
-  for (const uint32_t v : visibility)
-    if (v & (kSeenByClearShadow | kAskedAlone))
-      flags |= RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;  // for collectClear() and closestOn()
-  rtcSetSceneFlags(scene, RTCSceneFlags(flags));
-  std::map<uint32_t, std::vector<uint32_t>> small;  // visibility -> shapes to merge
-  const auto attach = [&](RTCGeometry g, uint32_t mask) {
-    if (ofSolid) Solids::setFilters(g);
-    rtcSetGeometryMask(g, mask);
-    rtcCommitGeometry(g);
-    rtcAttachGeometryByID(scene, g, uint32_t(firstSlice.size()));
-    rtcReleaseGeometry(g);
-    firstSlice.push_back(uint32_t(slices.size()));
-  };
-  for (uint32_t i = 0; i < meshes.size(); ++i) {
-    geometry::Mesh& mesh = *meshes[i];
-    if (users[i]) {
-      hasUser = true;
-      attach(makeUserGeometry(device(), *users[i]), visibility[i]);
-      slices.push_back({0, i});
-      continue;
-    }
-    if (!mesh.primitiveCount()) continue;
-    if (mesh.isStrand()) {
-      attach(makeStrands(device(), mesh), visibility[i]);
-      slices.push_back({0, i});
-      continue;
-    }
-    if (mesh.triangleCount() < kMergeBelow && mesh.keyCount() == 1 && meshes.size() > 1) {
-      small[visibility[i]].push_back(i);
-      continue;
-    }
-    const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree reads 16 bytes at each vertex: one float beyond the last must be there
-    mesh.points.reserve(mesh.points.size() + 2);
-    rtcSetGeometryTimeStepCount(g, unsigned(mesh.keyCount()));
-    for (int k = 0; k < mesh.keyCount(); ++k)
-      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3, mesh.points.data(),
-                                 size_t(k) * mesh.vertexCount * sizeof(Imath::V3f), sizeof(Imath::V3f),
-                                 mesh.vertexCount);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
-                               3 * sizeof(uint32_t), mesh.triangleCount());
-    attach(g, visibility[i]);
-    slices.push_back({0, i});
-  }
-  for (const auto& [mask, shapes] : small) {
-    auto& points = mergedPoints.emplace_back();
-    auto& indices = mergedIndices.emplace_back();
-    const uint32_t first = uint32_t(slices.size());
-    for (uint32_t s : shapes) {
-      const geometry::Mesh& mesh = *meshes[s];
-      const uint32_t base = uint32_t(points.size() / 3);
-      slices.push_back({uint32_t(indices.size() / 3), s});
-      for (uint32_t v = 0; v < mesh.vertexCount; ++v)
-        points.insert(points.end(), {mesh.points[v].x, mesh.points[v].y, mesh.points[v].z});
-      for (uint32_t id : mesh.indices) indices.push_back(base + id);
-    }
-    points.push_back(0);
-    const RTCGeometry g = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, points.data(), 0, 12,
-                               points.size() / 3);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0, 12,
-                               indices.size() / 3);
-    attach(g, mask);
-    firstSlice.back() = first;
-  }
-  firstSlice.push_back(uint32_t(slices.size()));
-  placeOfShape.assign(meshes.size(), {kNone, 0});
-  for (uint32_t g = 0; g + 1 < firstSlice.size(); ++g)
-    for (uint32_t k = firstSlice[g]; k < firstSlice[g + 1]; ++k) placeOfShape[slices[k].shape] = {g, slices[k].start};
-  rtcCommitScene(scene);
-  throwIfRefused();
-  RTCBounds b;
-  rtcGetSceneBounds(scene, &b);
-  lower[0] = b.lower_x;
-  lower[1] = b.lower_y;
-  lower[2] = b.lower_z;
-  upper[0] = b.upper_x;
-  upper[1] = b.upper_y;
-  upper[2] = b.upper_z;
-}
-
-void bake(geometry::Mesh& mesh, const scene::Matrix& toRender) {
-  const scene::Matrix local = scene::Matrix().setTranslation(mesh.origin) * toRender;
-  bakeStrands(mesh, local);
-  for (std::vector<Imath::V3f>* points : {&mesh.points, &mesh.rest})
-    for (Imath::V3f& p : *points) {
-      const Imath::V3d q = Imath::V3d(p) * local;
-      p = Imath::V3f(q);
-    }
-  mesh.origin = {0, 0, 0};
-  // edges turn with the points, so a mirroring transform turns e1 x e2 against the normal's own transform
-  if (!mesh.isStrand() && toRender.determinant() < 0) mesh.flipNormals = !mesh.flipNormals;
-  const scene::Matrix it = toRender.inverse().transposed();
-  for (geometry::Primvar& v : mesh.primvars) {
-    const bool shading = v.name == "N", point = v.type == scene::ValueType::Point,
-               vector = v.type == scene::ValueType::Vector;
-    if (v.width % 3 != 0 || !(shading || point || vector || v.type == scene::ValueType::Normal)) continue;
-    for (size_t i = 0; i + 2 < v.data.size(); i += 3) {
-      const Imath::V3d x(v.data[i], v.data[i + 1], v.data[i + 2]);
-      Imath::V3d y;
-      if (point && !shading)
-        y = x * toRender;
-      else if (vector && !shading)
-        toRender.multDirMatrix(x, y);
-      else
-        it.multDirMatrix(x, y);
-      if (shading) y.normalize();
-      for (int k = 0; k < 3; ++k) v.data[i + size_t(k)] = float(y[k]);
-    }
-  }
-}
-
-namespace {
 
 // Three coordinates of 21 bits, their bits in turn.
 uint64_t interleaved(const double x[3]) {
@@ -564,87 +444,6 @@ RTCGeometry World::makeInstance(uint32_t top) const {
     rtcSetGeometryTransform(g, k, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
   }
   return g;
-}
-
-void World::buildSolids(const std::vector<SolidInput>& inputs, const PlacementSource& placements) {
-  solids_ = std::make_unique<Solids>(inputs);
-  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> topsOfLeaf;  // solid and leaf
-  for (uint32_t top = 0; top < instanceOfTop_.size(); ++top) {
-    if (instanceOfTop_[top] == kNone || (!isLost_.empty() && isLost_[instanceOfTop_[top]])) continue;
-    const Solids::Member member = placements[instance_[instanceOfTop_[top]].user].member;
-    if (member.solid == kNoSolid) continue;
-    solids_->add(top, member, makeInstance(top));
-    topsOfLeaf[{member.solid, member.leaf}].push_back(top);
-  }
-  solids_->commit();
-  throwIfRefused();
-  uint32_t open = kNoSolid;  // the last that was found to be
-  for (const auto& [leaf, tops] : topsOfLeaf) {
-    if (leaf.first == open || !isOpen({leaf.first, leaf.second}, tops)) continue;
-    open = leaf.first;
-    openSolids_.push_back({open, instance_[instanceOfTop_[tops[0]]].user});
-  }
-  for (const OpenSolid& s : openSolids_) solids_->dissolve(s.solid);
-  std::vector<uint32_t> first(inputs.size(), kNone);
-  for (uint32_t i = 0; i < instances_->size(); ++i) bodies_.push_back(i);
-  for (uint32_t top = 0; top < instanceOfTop_.size(); ++top) {
-    const uint32_t solid = solids_->memberOf(top).solid;
-    if (solid == kNoSolid) continue;
-    if (first[solid] == kNone) first[solid] = instanceOfTop_[top];
-    bodies_[instanceOfTop_[top]] = first[solid];
-  }
-}
-
-// Lines through middles of triangles, which meet the leaf for certain: each leaves a closed one as often as it enters.
-// A few may slip through a seam between surfaces that were diced apart.
-bool World::isOpen(const Solids::Member& leaf, const std::vector<uint32_t>& tops) const {
-  const auto lines = uint32_t(std::clamp<size_t>(4 * tops.size(), 128, 1024));
-  float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
-  for (const uint32_t top : tops) {
-    const Part& part = *parts_[partOfTop_[top]];
-    if (part.hasUser || part.meshes[0]->isStrand()) return true;
-    for (int c = 0; c < 8; ++c) {
-      const float q[3] = {c & 1 ? part.upper[0] : part.lower[0], c & 2 ? part.upper[1] : part.lower[1],
-                          c & 4 ? part.upper[2] : part.lower[2]};
-      float r[3];
-      keys(instance_[instanceOfTop_[top]])->point(q, r);
-      for (int k = 0; k < 3; ++k) {
-        lower[k] = std::min(lower[k], r[k]);
-        upper[k] = std::max(upper[k], r[k]);
-      }
-    }
-  }
-  float length = 0;
-  for (int k = 0; k < 3; ++k) length += upper[k] - lower[k];
-  if (!std::isfinite(length)) return true;
-  uint32_t met = 0, odd = 0;
-  uint32_t drawn = 0;
-  const auto next = [&] { return hashWords(0, drawn++) >> 8; };  // the same lines for each world
-  for (uint32_t i = 0; i < lines; ++i) {
-    const uint32_t top = tops[i % tops.size()];
-    const geometry::Mesh& mesh = *parts_[partOfTop_[top]]->meshes[0];
-    float d[3], size = 0;
-    for (float& x : d) {
-      x = float(next()) * (2.f / 16777216.f) - 1.f;
-      size += x * x;
-    }
-    if (!mesh.triangleCount() || !(size > 1e-4f)) continue;
-    const size_t triangle = next() % mesh.triangleCount();
-    const Imath::V3f middle = (mesh.points[mesh.indices[3 * triangle]] + mesh.points[mesh.indices[3 * triangle + 1]] +
-                               mesh.points[mesh.indices[3 * triangle + 2]]) /
-                              3.f;
-    const float inObject[3] = {middle.x, middle.y, middle.z};
-    float o[3];
-    keys(instance_[instanceOfTop_[top]])->point(inObject, o);
-    for (int k = 0; k < 3; ++k) {
-      d[k] /= std::sqrt(size);
-      o[k] -= d[k] * length;
-    }
-    bool hits;
-    odd += solids_->isOdd(leaf, o, d, besideFlatMoments(0.f), &hits);
-    met += hits;
-  }
-  return met == 0 || odd * 32 > met;
 }
 
 // An edit that moved nothing (a light, the camera) leaves the top level as it is.

@@ -4,13 +4,11 @@
 
 #include "simd/dispatch.h"
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include <kinora/simd/wide.h>
 #include <kinora/simd/records.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 
 using volume::GridLookupArgs;
 
@@ -147,28 +145,18 @@ KN_INLINE void lookUp(const GridLookupArgs& a) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-[[maybe_unused]] void one1(const GridLookupArgs& a) { lookUp<1, 1>(a); }
-[[maybe_unused]] void one4(const GridLookupArgs& a) { lookUp<4, 1>(a); }
-[[maybe_unused]] void one8(const GridLookupArgs& a) { lookUp<8, 1>(a); }
-[[maybe_unused]] void three1(const GridLookupArgs& a) { lookUp<1, 3>(a); }
-[[maybe_unused]] void three4(const GridLookupArgs& a) { lookUp<4, 3>(a); }
-[[maybe_unused]] void three8(const GridLookupArgs& a) { lookUp<8, 3>(a); }
-#else
-[[maybe_unused]] void one16(const GridLookupArgs& a) { lookUp<16, 1>(a); }
-[[maybe_unused]] void three16(const GridLookupArgs& a) { lookUp<16, 3>(a); }
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W)                                                              \
+  [[maybe_unused]] void one##W(const GridLookupArgs& a) { lookUp<W, 1>(a); } \
+  [[maybe_unused]] void three##W(const GridLookupArgs& a) { lookUp<W, 3>(a); }
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::volume {
 
 GridLookupKernel gridLookupKernel(uint32_t width, int channels) {
-  return channels == 3 ? kernelFor(width, &N_AVX2::three1, &N_AVX2::three4, &N_AVX2::three8, &N_AVX3::three16)
-                       : kernelFor(width, &N_AVX2::one1, &N_AVX2::one4, &N_AVX2::one8, &N_AVX3::one16);
+  return channels == 3 ? KN_PICK_WIDTH(width, three) : KN_PICK_WIDTH(width, one);
 }
 
 }  // namespace kinora::volume

@@ -1,6 +1,8 @@
 // What the mutators share: choices that all follow from one seed, so that a run can be repeated, and text put together
 // again within a limit.
 #pragma once
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,6 +24,36 @@ class Choices {
 
  private:
   uint64_t state_;
+};
+
+// Mutators of texts that are lists of tokens.
+class TokenChoices : public Choices {
+ public:
+  using Choices::Choices;
+
+ protected:
+  using Tokens = std::vector<std::string>;
+  static constexpr uint32_t kRearrangements = 4;
+  // Of a list that is not empty: a token taken away, put in again (`mostRepeats` times at most), exchanged with another,
+  // or replaced by one of `other`.
+  void rearrange(uint32_t which, Tokens& t, const Tokens& other, size_t mostRepeats) {
+    const auto at = [&] { return t.begin() + std::ptrdiff_t(below(t.size())); };
+    switch (which) {
+      case 0:
+        t.erase(at());
+        break;
+      case 1: {
+        const std::string copy = *at();
+        t.insert(at(), 1 + (below(8) ? 0 : below(mostRepeats)), copy);
+        break;
+      }
+      case 2:
+        std::iter_swap(at(), at());
+        break;
+      default:
+        if (!other.empty()) *at() = other[below(other.size())];
+    }
+  }
 };
 
 // As many whole tokens as `limit` bytes hold.

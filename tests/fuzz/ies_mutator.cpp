@@ -84,21 +84,9 @@ IesMutator::Tokens IesMutator::tokensOf(const std::string& s) {
 void IesMutator::change(Tokens& t, const Tokens& other) {
   if (t.empty()) return;
   const auto at = [&] { return t.begin() + std::ptrdiff_t(below(t.size())); };
-  switch (below(10)) {
-    case 0:
-      t.erase(at());
-      break;
-    case 1: {
-      const std::string copy = *at();
-      t.insert(at(), 1 + (below(8) ? 0 : below(300)), copy);
-      break;
-    }
-    case 2:
-      std::iter_swap(at(), at());
-      break;
-    case 3:
-      if (!other.empty()) *at() = other[below(other.size())];
-      break;
+  const uint32_t which = below(10);
+  if (which < kRearrangements) return rearrange(which, t, other, 300);
+  switch (which) {
     case 4:
       t.insert(at(), " " + number() + " ");
       break;

@@ -8,15 +8,15 @@
 
 namespace kinora::fuzz {
 
-class IesMutator : public Choices {
+class IesMutator : public TokenChoices {
  public:
-  using Choices::Choices;
+  using TokenChoices::TokenChoices;
   // One to four mutations of `input`; pieces may come from `other`. At most `limit` bytes.
   std::string mutate(const std::string& input, const std::string& other, size_t limit);
   std::string profile();  // a file that nothing is wrong with, more often than not
 
  private:
-  using Tokens = std::vector<std::string>;  // numbers, words, and what stands between them
+  // numbers, words, and what stands between them
   static Tokens tokensOf(const std::string& text);
   std::string number();
   std::string word();

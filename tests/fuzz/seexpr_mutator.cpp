@@ -140,21 +140,9 @@ SeExprMutator::Tokens SeExprMutator::tokensOf(std::string_view s) {
 void SeExprMutator::change(Tokens& t, const Tokens& other) {
   if (t.empty()) return;
   const auto at = [&] { return t.begin() + std::ptrdiff_t(below(t.size())); };
-  switch (below(12)) {
-    case 0:
-      t.erase(at());
-      break;
-    case 1: {
-      const std::string copy = *at();
-      t.insert(at(), 1 + (below(8) ? 0 : below(kMostRepeats)), copy);
-      break;
-    }
-    case 2:
-      std::iter_swap(at(), at());
-      break;
-    case 3:
-      if (!other.empty()) *at() = other[below(other.size())];
-      break;
+  const uint32_t which = below(12);
+  if (which < kRearrangements) return rearrange(which, t, other, kMostRepeats);
+  switch (which) {
     case 4:
       t.insert(t.begin(), statement(2));
       break;

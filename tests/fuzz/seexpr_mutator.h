@@ -9,15 +9,14 @@
 
 namespace kinora::fuzz {
 
-class SeExprMutator : public Choices {
+class SeExprMutator : public TokenChoices {
  public:
-  using Choices::Choices;
+  using TokenChoices::TokenChoices;
   // One to four mutations of `input`; pieces may come from `other`. At most `limit` bytes.
   std::string mutate(const std::string& input, const std::string& other, size_t limit);
   std::string program();  // made by the grammar: often a valid one
 
  private:
-  using Tokens = std::vector<std::string>;
   static Tokens tokensOf(std::string_view text);
   std::string number();
   std::string name();

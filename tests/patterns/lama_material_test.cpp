@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "support/render_scene.h"
+#include "patterns/ball_under_sky.h"
 
 namespace kinora::tests {
 namespace {
@@ -16,16 +16,7 @@ struct Seen {
   std::vector<std::string> messages;
 };
 Seen seen(const std::string& material) {
-  RenderRequest r;
-  r.rib = R"(Format 24 16 1
-Hider "raytrace" "int maxsamples" [4]
-Projection "perspective" "float fov" [40]
-WorldBegin
-Light "PxrDomeLight" "sky" "color lightColor" [0.8 0.9 1]
-Translate 0 0 3
-)" + material +
-          "Sphere 1 -1 1 360\nWorldEnd\n";
-  SceneRender render(std::move(r));
+  SceneRender render(ballUnderSky(material));
   EXPECT_TRUE(render.ok());
   return {render.ok() ? stateOf(render.film()) : std::vector<int64_t>(), render.messages()};
 }

@@ -2,25 +2,13 @@
 // mask renders as the plain material of its values, bit for bit.
 #include <gtest/gtest.h>
 
-#include "support/render_scene.h"
+#include "patterns/ball_under_sky.h"
 
 namespace kinora::tests {
 namespace {
 
-std::string sceneOf(const std::string& material) {
-  return R"(Format 24 16 1
-Hider "raytrace" "int maxsamples" [4]
-Projection "perspective" "float fov" [40]
-WorldBegin
-Light "PxrDomeLight" "sky" "color lightColor" [0.8 0.9 1]
-Translate 0 0 3
-)" + material +
-         "Sphere 1 -1 1 360\nWorldEnd\n";
-}
 std::vector<int64_t> pixelsOf(const std::string& material) {
-  RenderRequest r;
-  r.rib = sceneOf(material);
-  SceneRender render(std::move(r));
+  SceneRender render(ballUnderSky(material));
   EXPECT_TRUE(render.ok());
   for (const std::string& m : render.messages()) ADD_FAILURE() << m;
   return render.ok() ? stateOf(render.film()) : std::vector<int64_t>();

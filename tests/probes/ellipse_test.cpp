@@ -139,16 +139,7 @@ uint32_t stages(const void*, Stage* out, uint32_t capacity) {
 }
 constexpr IntegratorFunctions kFunctions{&integrate};
 constexpr IntegratorTraits kTraits{&stages};
-constexpr WidthTable kTables[] = {{1, &kFunctions}, {4, &kFunctions}, {8, &kFunctions}, {16, &kFunctions}};
-void* create(const CreateInfo*, ErrorText*) { return new int; }
-void destroy(void* p) { delete static_cast<int*>(p); }
-constexpr Descriptor kProbe{kAbiVersion,      sizeof(Descriptor),
-                            Kind::Integrator, 0,
-                            "ProbeEllipse",   "Half diameters of footprints.",
-                            nullptr,          0,
-                            kTables,          4,
-                            &kTraits,         &create,
-                            &destroy};
+constexpr Descriptor kProbe = probeOf<kFunctions>("ProbeEllipse", "Half diameters of footprints.", kTraits);
 
 void renderProbe(const std::string& world, uint32_t width, const char* camera = "") {
   shared.compared = shared.circles = shared.wrong = 0;

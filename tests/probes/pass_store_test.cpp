@@ -120,12 +120,7 @@ uint32_t lists(const void*, RecordList* out, uint32_t) {
 }
 constexpr IntegratorFunctions kFunctions{&integrate, &commit};
 constexpr IntegratorTraits kTraits{&stages, &lists, 2};
-constexpr WidthTable kTables[] = {{1, &kFunctions}, {4, &kFunctions}, {8, &kFunctions}, {16, &kFunctions}};
-void* create(const CreateInfo*, ErrorText*) { return new int; }
-void destroy(void* p) { delete static_cast<int*>(p); }
-constexpr Descriptor kProbe{
-    kAbiVersion, sizeof(Descriptor), Kind::Integrator, 0,       "ProbeStore", "Keeps records.", nullptr, 0, kTables,
-    4,           &kTraits,           &create,          &destroy};
+constexpr Descriptor kProbe = probeOf<kFunctions>("ProbeStore", "Keeps records.", kTraits);
 
 const char* const kScene = R"(
 Hider "raytrace" "int maxsamples" [8]

@@ -2,6 +2,7 @@
 // by tests/probes only; it judges nothing itself.
 #pragma once
 #include <gtest/gtest.h>
+#include <kinora/integrator.h>
 #include <kinora/testing/statistics.h>
 
 #include <array>
@@ -52,6 +53,28 @@ class Workshop {
     return r;
   }
 };
+
+// An integrator of a test's own that needs no data: what it says of itself, with the same functions for all widths.
+template <const IntegratorFunctions& functions>
+inline constexpr WidthTable kSameAtAllWidths[] = {
+    {1, &functions}, {4, &functions}, {8, &functions}, {16, &functions}};
+template <const IntegratorFunctions& functions>
+constexpr Descriptor probeOf(const char* name, const char* help, const IntegratorTraits& traits,
+                             const Param* params = nullptr, uint32_t paramCount = 0) {
+  return {kAbiVersion,
+          sizeof(Descriptor),
+          Kind::Integrator,
+          0,
+          name,
+          help,
+          params,
+          paramCount,
+          kSameAtAllWidths<functions>,
+          4,
+          &traits,
+          [](const CreateInfo*, ErrorText*) -> void* { return new int; },
+          [](void* p) { delete static_cast<int*>(p); }};
+}
 
 inline image::Image pictureOf(render::Renderer& r, const char* channel = "Ci") {
   EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);

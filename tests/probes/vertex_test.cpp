@@ -507,16 +507,7 @@ uint32_t stages(const void*, Stage* out, uint32_t capacity) {
 }
 constexpr IntegratorFunctions kFunctions{&integrate};
 constexpr IntegratorTraits kTraits{&stages};
-constexpr WidthTable kTables[] = {{1, &kFunctions}, {4, &kFunctions}, {8, &kFunctions}, {16, &kFunctions}};
-void* create(const CreateInfo*, ErrorText*) { return new int; }
-void destroy(void* p) { delete static_cast<int*>(p); }
-constexpr Descriptor kProbe{kAbiVersion,      sizeof(Descriptor),
-                            Kind::Integrator, 0,
-                            "ProbeVertex",    "Digests of vertices.",
-                            kParams,          1,
-                            kTables,          4,
-                            &kTraits,         &create,
-                            &destroy};
+constexpr Descriptor kProbe = probeOf<kFunctions>("ProbeVertex", "Digests of vertices.", kTraits, kParams, 1);
 
 // Glass in water with absorption, a moving placed mesh with normals and primvars, bilinear quads, curves, a network,
 // cut-outs, links, subsets of objects for reflections and shadows.
@@ -606,8 +597,8 @@ TEST(Vertex, ContextsOfPlacesThatNoRayFound) {
   }
 }
 
-TEST(Vertex, ChordsMeetTheirOwnObjectOnly) {
-  renderProbe(R"(
+// A window as wide as most of a unit sphere.
+const std::string kUnderTheSky = R"(
 Hider "raytrace" "int maxsamples" [4]
 Display "probe.exr" "openexr" "Ci,a"
 Format 32 32 1
@@ -618,7 +609,10 @@ Translate 0 0 3
 WorldBegin
   Light "PxrDomeLight" "sky"
   Bxdf "PxrDiffuse" "grey"
-  Sphere 1 -1 1 360
+)";
+
+TEST(Vertex, ChordsMeetTheirOwnObjectOnly) {
+  renderProbe(kUnderTheSky + R"(  Sphere 1 -1 1 360
   AttributeBegin Translate .2 .1 0 Sphere .3 -.3 .3 360 AttributeEnd
   AttributeBegin Translate 0 0 1.5 Sphere .8 -.8 .8 360 AttributeEnd
   AttributeBegin Attribute "visibility" "int camera" [0] "int indirect" [0] "int transmission" [0] Translate -.4 0 0 Scale .2 .2 .2 Sphere 1 -1 1 360 AttributeEnd
@@ -633,18 +627,7 @@ WorldEnd
 // Two members, one of them inside the other; what stands between belongs to no set, or cannot be seen.
 TEST(Vertex, ChordsMeetTheMembersOfASet) {
   for (const uint32_t width : {1u, 8u}) {
-    renderProbe(R"(
-Hider "raytrace" "int maxsamples" [4]
-Display "probe.exr" "openexr" "Ci,a"
-Format 32 32 1
-PixelFilter "box" 1 1
-ScreenWindow -.9 .9 -.9 .9
-Projection "orthographic"
-Translate 0 0 3
-WorldBegin
-  Light "PxrDomeLight" "sky"
-  Bxdf "PxrDiffuse" "grey"
-  AttributeBegin
+    renderProbe(kUnderTheSky + R"(  AttributeBegin
     Attribute "grouping" "string membership" ["other pair"]
     Sphere 1 -1 1 360
     AttributeBegin Translate .2 .1 0 Sphere .3 -.3 .3 360 AttributeEnd

@@ -86,6 +86,20 @@ bool says(const SceneRender& render, const std::string& words) {
                      [&](const std::string& m) { return m.find(words) != std::string::npos; });
 }
 
+image::Image pictureTold(const std::string& rib, std::initializer_list<std::string> expected,
+                         const std::string& channel) {
+  RenderRequest r;
+  r.rib = rib;
+  SceneRender render(std::move(r));
+  EXPECT_TRUE(render.ok());
+  if (!render.ok()) return {};
+  for (const std::string& m : render.messages())
+    if (std::none_of(expected.begin(), expected.end(),
+                     [&](const std::string& words) { return m.find(words) != std::string::npos; }))
+      ADD_FAILURE() << m;
+  return render.channel(channel);
+}
+
 std::vector<int64_t> stateOf(const film::Film& film) {
   std::vector<int64_t> all;
   const auto& w = film.window();

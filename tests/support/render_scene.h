@@ -5,6 +5,7 @@
 #include <kinora/testing/statistics.h>
 
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -52,6 +53,10 @@ class SceneRender {
 
 // Whether some warning or error holds these words.
 bool says(const SceneRender& render, const std::string& words);
+
+// A channel of a scene; a warning or error is a failure but where it holds one of the words that are expected.
+image::Image pictureTold(const std::string& rib, std::initializer_list<std::string> expected,
+                         const std::string& channel = "Ci");
 
 // All integers of all pixels: two films are equal when these are.
 std::vector<int64_t> stateOf(const film::Film& film);

@@ -63,20 +63,29 @@ bool isSampledOnly(const Kind& k, const char* split) {
   return std::string(k.name) == "PointLight" && std::string(split).find("[0]") != std::string::npos;
 }
 
-TEST(LightShadows, ColorIsTheShareThatIsLeft) {
+// Of red that is left in shadows, and no other colour: by lights of every kind and both halves of the estimate.
+// shadowed(kind, share, split): the scene that leaves so much of it.
+template <class Shadowed>
+void expectSharesLeft(Shadowed&& shadowed) {
   for (const Kind& k : kKinds)
     for (const char* split : kSplits) {
       if (isSampledOnly(k, split)) continue;
       SCOPED_TRACE(std::string(k.name) + " " + split);
       const auto free = overSeeds(scene(k, "", "", ""), 16);
       for (const double share : {1.0, 0.25}) {
-        const std::string color = "\"color shadowColor\" [" + std::to_string(share) + " 0 0]";
-        auto left = overSeeds(scene(k, color, wall(0.3), split), 16);
+        const auto leaves = shadowed(k, share, split);
+        const auto left = overSeeds(leaves, 16);
         EXPECT_NEAR(left.mean(), share * free.mean(), 5 * (left.standardError() + free.standardError()) + 1e-5);
         EXPECT_LT(left.standardError(), 0.03 * left.mean());
-        EXPECT_LT(overSeeds(scene(k, color, wall(0.3), split), 1, "Ci", 1).mean(), 1e-3 * free.mean());
+        EXPECT_LT(overSeeds(leaves, 1, "Ci", 1).mean(), 1e-3 * free.mean());
       }
     }
+}
+
+TEST(LightShadows, ColorIsTheShareThatIsLeft) {
+  expectSharesLeft([](const Kind& k, double share, const char* split) {
+    return scene(k, "\"color shadowColor\" [" + std::to_string(share) + " 0 0]", wall(0.3), split);
+  });
 }
 
 // A narrow sun overhead: the wall stands as far away as it is before the plane.
@@ -155,21 +164,10 @@ std::string coloring(const std::string& bxdf, double share, const std::string& m
   return "Bxdf \"" + bxdf + "\" \"b\" \"color shadowColor\" [" + std::to_string(share) + " 0 0] " + more + "\n";
 }
 
-// What surfaces leave of the light in their shadows, by lights of every kind and both halves of the estimate.
 TEST(LightShadows, SurfacesColorThoseThatTheyCast) {
-  for (const Kind& k : kKinds)
-    for (const char* split : kSplits) {
-      if (isSampledOnly(k, split)) continue;
-      SCOPED_TRACE(std::string(k.name) + " " + split);
-      const auto free = overSeeds(scene(k, "", "", ""), 16);
-      for (const double share : {1.0, 0.25}) {
-        const std::string walls = wall(0.3, coloring("PxrSurface", share));
-        const auto left = overSeeds(scene(k, "", walls, split), 16);
-        EXPECT_NEAR(left.mean(), share * free.mean(), 5 * (left.standardError() + free.standardError()) + 1e-5);
-        EXPECT_LT(left.standardError(), 0.03 * left.mean());
-        EXPECT_LT(overSeeds(scene(k, "", walls, split), 1, "Ci", 1).mean(), 1e-3 * free.mean());
-      }
-    }
+  expectSharesLeft([](const Kind& k, double share, const char* split) {
+    return scene(k, "", wall(0.3, coloring("PxrSurface", share)), split);
+  });
 }
 
 // Every material that has the parameter, beside what its glass lets through without it.

@@ -29,14 +29,7 @@ std::string box(double from, double to, const std::string& more = "[0 0 0]") {
 const char* const kSky = "Light \"PxrDomeLight\" \"sky\" \"float intensity\" [1]\n";
 
 image::Image picture(const std::string& rib, const std::string& channel = "Ci") {
-  RenderRequest r;
-  r.rib = rib;
-  SceneRender render(r);
-  EXPECT_TRUE(render.ok());
-  if (!render.ok()) return {};
-  for (const std::string& m : render.messages())
-    if (m.find("RENDER-NO-LIGHTS") == std::string::npos) ADD_FAILURE() << m;
-  return render.channel(channel);
+  return pictureTold(rib, {"RENDER-NO-LIGHTS"}, channel);
 }
 std::string absorbing(const std::string& color, const std::string& more = "") {
   return medium("\"color diffuseColor\" [0 0 0] \"color densityColor\" " + color + " " + more);

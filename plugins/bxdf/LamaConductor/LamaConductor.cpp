@@ -5,19 +5,7 @@
 
 KINORA_KERNELS_BEGIN
 
-enum : int {
-  kTint,
-  kFresnelMode,
-  kIor,
-  kExtinction,
-  kReflectivity,
-  kEdgeColor,
-  kRoughness,
-  kNormal,
-  kAnisotropy,
-  kAnisotropyDirection,
-  kAnisotropyRotation
-};
+enum : int { kTint, kFresnelMode, kIor, kExtinction, kReflectivity, kEdgeColor, KINORA_LAMA_FACET_INDICES };
 constexpr Param kParams[] = {
     param::color("tint", 1.f).help("Multiplies what is reflected."),
     param::integer("fresnelMode", 0)
@@ -40,9 +28,6 @@ constexpr Param kParams[] = {
     param::number("surfaceMollification", 0.f).help(KINORA_LAMA_LATER "Roughness added to small curved surfaces."),
     param::number("motionMollification", 0.f).help(KINORA_LAMA_LATER "Roughness added to fast ones."),
     KINORA_LAMA_COMMON};
-#define WHITE "fresnelMode=1; reflectivity=1 1 1; "
-constexpr const char* kLossless[] = {WHITE "roughness=0", WHITE "roughness=0.3", WHITE "roughness=1", nullptr};
-#undef WHITE
 constexpr const char* kConserving[] = {"roughness=0.4", "fresnelMode=1; roughness=0.7", nullptr};
 
 struct LamaConductor {
@@ -65,4 +50,5 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaConductor, SlabMaterial<LamaConductor>, BxdfPlugin,
               .help = "A metal; a material by itself, or a leaf of LamaLayer, LamaMix and LamaAdd.",
-              .params = kParams, .lobes = lama::kNamedLobes, .lossless = kLossless, .conserving = kConserving)
+              .params = kParams, .lobes = lama::kNamedLobes, .lossless = lama::kLosslessFacets,
+              .conserving = kConserving)

@@ -29,10 +29,7 @@ constexpr Param kParams[] = {
     param::number("IOR", 1.5f).range(1, 3).help("Scientific: index of refraction."),
     param::number("reflectivity", 0.04f).range(0, 0.25f).help("Artistic: reflectance seen face on."),
     KINORA_LAMA_FACETS,
-    param::number("anisotropy", 0.f)
-        .range(-1, 1)
-        .help("Above 0 highlights stretch along the direction, below 0 across it."),
-    param::vector("direction", 0, 0, 0).help("Direction in render space; 0 0 0: the surface's tangent."),
+    KINORA_LAMA_ANISOTROPY_ALONG,
     KINORA_LAMA_INTERIOR,
     param::number("rotation", 0.f).help(KINORA_LAMA_ROTATION),
     KINORA_LAMA_INTERIOR_SCATTERING,

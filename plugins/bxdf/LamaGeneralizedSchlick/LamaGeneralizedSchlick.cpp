@@ -14,11 +14,7 @@ enum : int {
   kReflectivity,
   kReflectivity90,
   kReflectivityProfile,
-  kRoughness,
-  kNormal,
-  kAnisotropy,
-  kAnisotropyDirection,
-  kAnisotropyRotation
+  KINORA_LAMA_FACET_INDICES
 };
 constexpr Param kParams[] = {
     KINORA_LAMA_TINTS,
@@ -38,9 +34,6 @@ constexpr Param kParams[] = {
     param::number("absorptionRadius", 1.f).help(KINORA_LAMA_LATER "The distance of absorptionColor."),
     KINORA_LAMA_SCATTERING,
     KINORA_LAMA_COMMON};
-#define WHITE "fresnelMode=1; reflectivity=1 1 1; "
-constexpr const char* kLossless[] = {WHITE "roughness=0", WHITE "roughness=0.3", WHITE "roughness=1", nullptr};
-#undef WHITE
 constexpr const char* kConserving[] = {"roughness=0.4; reflectivityProfile=1", nullptr};
 
 struct LamaGeneralizedSchlick {
@@ -64,4 +57,5 @@ KINORA_KERNELS_END
 
 KINORA_PLUGIN(LamaGeneralizedSchlick, SlabMaterial<LamaGeneralizedSchlick>, BxdfPlugin,
               .help = "Reflection by Schlick's formula with free colours and exponent, for layers.",
-              .params = kParams, .lobes = lama::kNamedLobes, .lossless = kLossless, .conserving = kConserving)
+              .params = kParams, .lobes = lama::kNamedLobes, .lossless = lama::kLosslessFacets,
+              .conserving = kConserving)

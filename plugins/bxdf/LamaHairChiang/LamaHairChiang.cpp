@@ -198,20 +198,7 @@ struct LamaHairChiang {
       out[kMakeLonger] = along[kPathTRT].density(from.shifted[kPathTRT], i) * F(kInvTwoPi);
     }
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
-      F phi;
-      const Inclination<W> i = frame.inclinationOf(wi, phi);
-      F forward[kTechniques];
-      densities(own, i, phi, forward);
-      out.pdf = mixedDensity(own.energy, own.total, forward);
-      if (out.wantsReverse || adjoint) {
-        // the way back comes in at the mirrored offset
-        const Side other = sideOf(i, -frame.gamma);
-        F back[kTechniques];
-        densities(other, frame.outgoing, -phi, back);
-        out.pdfReverse = mixedDensity(other.energy, other.total, back);
-        if (adjoint) add(other, back, i.c / max(frame.outgoing.c, F(1e-3f)), wi, out);
-      }
-      if (!adjoint) add(own, forward, F(1.f), wi, out);
+      evaluateFiber(*this, wi, out, [&](const Inclination<W>& i, F) HWY_ATTR { return sideOf(i, -frame.gamma); });
     }
     KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, LobeSum<W>& out) const {
       const Mask<W> above = dot(Ng, wi) >= F(0.f);

@@ -14,10 +14,7 @@ constexpr Param kParams[] = {
     param::number("maxFilmThickness", 800.f).range(0, 2000).help("Thickness at 1, nanometres."),
     param::number("filmIOR", 1.3f).range(1, 3).help("Index of refraction of the film; air on both sides."),
     KINORA_LAMA_FACETS,
-    param::number("anisotropy", 0.f)
-        .range(-1, 1)
-        .help("Above 0 highlights stretch along the direction, below 0 across it."),
-    param::vector("direction", 0, 0, 0).help("Direction in render space; 0 0 0: the surface's tangent."),
+    KINORA_LAMA_ANISOTROPY_ALONG,
     KINORA_LAMA_COMMON};
 constexpr const char* kConserving[] = {"roughness=0", "roughness=0.3; filmIOR=3; relativeFilmThickness=0.1",
                                        "roughness=1; filmIOR=2", nullptr};

@@ -268,23 +268,9 @@ struct PxrMarschnerHair {
       }
     }
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
-      F phi;
-      const Inclination<W> i = frame.inclinationOf(wi, phi);
-      F forward[kTechniques];
-      densities(own, i, phi, forward);
-      out.pdf = mixedDensity(own.energy, own.total, forward);
-
-      // The way back through the fibre comes in at the mirrored offset: with another one, the density would go with other
-      // values than with those that it is of, and weights of light transport by them would not sum to 1 over the width.
-      if (out.wantsReverse || adjoint) {
-        const Side other = sideOf(i, -frame.gamma, select(turnsWithNormal, -turn, turn - phi));
-        F back[kTechniques];
-        densities(other, frame.outgoing, -phi, back);
-        out.pdfReverse = mixedDensity(other.energy, other.total, back);
-        // light leaves towards wi: what an eye there would see of the fibre's whole width
-        if (adjoint) add(other, back, i.c / max(frame.outgoing.c, F(1e-3f)), wi, out);
-      }
-      if (!adjoint) add(own, forward, F(1.f), wi, out);
+      evaluateFiber(*this, wi, out, [&](const Inclination<W>& i, F phi) HWY_ATTR {
+        return sideOf(i, -frame.gamma, select(turnsWithNormal, -turn, turn - phi));
+      });
     }
     KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, LobeSum<W>& out) const {
       const F f = side.hit.reflectance, t = F(1.f) - f, trt = t * t * f * scale;

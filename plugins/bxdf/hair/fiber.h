@@ -6,6 +6,7 @@
 // the hit instead of an average over it, logistic lobes about the fibre, what is left for longer paths.
 // It knows no colours and no frames. Included per target.
 #include <kinora/bxdf_author.h>
+#include <type_traits>
 
 #ifndef KINORA_HAIR_FIBER_ONCE
 #define KINORA_HAIR_FIBER_ONCE
@@ -258,6 +259,31 @@ KN_INLINE Vec3<W> sampleFiber(const FiberFrame<W>& frame, const AlongLobe<W> (&a
     phi = select(here, azimuth(p), phi);
   }
   return frame.direction(sine, phi);
+}
+
+// A fibre's lobes towards wi, by the lanes of a material: its frame, what it knows of the side that is seen (own) with
+// the techniques' energies, their densities(), and add() of what one side sends to the other.
+// otherSide(inclination, phi): what would be known of a side that is seen from there.
+template <int W, class Lanes, class OtherSide>
+KN_INLINE void evaluateFiber(const Lanes& k, Vec3<W> wi, LobeSum<W>& out, OtherSide otherSide) {
+  using F = Float<W>;
+  constexpr uint32_t kTechniques = std::extent_v<decltype(Lanes::Side::energy)>;
+  F phi;
+  const Inclination<W> i = k.frame.inclinationOf(wi, phi);
+  F forward[kTechniques];
+  k.densities(k.own, i, phi, forward);
+  out.pdf = mixedDensity(k.own.energy, k.own.total, forward);
+  // The way back through the fibre comes in at the mirrored offset: with another one, the density would go with other
+  // values than with those that it is of, and weights of light transport by them would not sum to 1 over the width.
+  if (out.wantsReverse || k.adjoint) {
+    const typename Lanes::Side other = otherSide(i, phi);
+    F back[kTechniques];
+    k.densities(other, k.frame.outgoing, -phi, back);
+    out.pdfReverse = mixedDensity(other.energy, other.total, back);
+    // light leaves towards wi: what an eye there would see of the fibre's whole width
+    if (k.adjoint) k.add(other, back, i.c / max(k.frame.outgoing.c, F(1e-3f)), wi, out);
+  }
+  if (!k.adjoint) k.add(k.own, forward, F(1.f), wi, out);
 }
 
 }  // namespace

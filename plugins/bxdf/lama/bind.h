@@ -75,6 +75,14 @@ inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "
       param::vector("anisotropyDirection", 0, 0, 0)                                                      \
           .help("Direction in render space; 0 0 0: the surface's tangent."),                             \
       param::number("anisotropyRotation", 0.f).help(KINORA_LAMA_ROTATION)
+// The same of nodes whose parameter is called direction.
+#define KINORA_LAMA_ANISOTROPY_ALONG                                               \
+  param::number("anisotropy", 0.f)                                                 \
+      .range(-1, 1)                                                                \
+      .help("Above 0 highlights stretch along the direction, below 0 across it."), \
+      param::vector("direction", 0, 0, 0).help("Direction in render space; 0 0 0: the surface's tangent.")
+// Indices of KINORA_LAMA_FACETS, KINORA_LAMA_ANISOTROPY.
+#define KINORA_LAMA_FACET_INDICES kRoughness, kNormal, kAnisotropy, kAnisotropyDirection, kAnisotropyRotation
 #define KINORA_LAMA_SUBSURFACE_OF(p)                                                                              \
   param::color(p "Radius", 0.f)                                                                                   \
       .help(                                                                                                      \
@@ -140,6 +148,11 @@ inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "
   KINORA_LAMA_COMMON_OF("No effect: of glass and of light that comes through, bumps shadow nothing.", \
                         KINORA_LAMA_LOBE_NAME)
 namespace kinora::lama {
+// Settings of facets that reflect all light, by colours.
+#define WHITE "fresnelMode=1; reflectivity=1 1 1; "
+inline constexpr const char* kLosslessFacets[] = {WHITE "roughness=0", WHITE "roughness=0.3", WHITE "roughness=1",
+                                                  nullptr};
+#undef WHITE
 template <size_t N>
 constexpr int indexOf(const Param (&list)[N], std::string_view name) {
   for (size_t i = 0; i < N; ++i)

@@ -3,14 +3,14 @@
 // stack.h; plain data.
 #pragma once
 #include <kinora/bxdf.h>
+#include <kinora/lama_limits.h>
 #include "plugins/bxdf/lobes/closure.h"
 
 namespace kinora::lama {
 
 struct SheenTable;
 
-constexpr uint32_t kMaxLeaves = 8, kMaxOps = kMaxLeaves - 1;
-constexpr uint32_t kMaxBelow = 2;  // leaves that scatter below the surface
+constexpr uint32_t kMaxOps = kMaxLeaves - 1;
 
 // Which lobe is which in LobeSum, and what each is to light path expressions.
 enum Lobe : uint32_t {
@@ -32,7 +32,6 @@ enum Lobe : uint32_t {
 constexpr LobeDecl kLobes[kLobeCount] = {KINORA_LAMA_LOBES("")};
 // Of a slab by itself, which may name them; and of a tree, in which leaves have one of two names or none.
 constexpr LobeDecl kNamedLobes[kLobeCount] = {KINORA_LAMA_LOBES("=lobeName:")};
-constexpr uint32_t kLobeNames = 2;
 constexpr LobeDecl kTreeLobes[(1 + kLobeNames) * kLobeCount] = {
     KINORA_LAMA_LOBES(""), KINORA_LAMA_LOBES("=lobeName1:"), KINORA_LAMA_LOBES("=lobeName2:")};
 #undef KINORA_LAMA_LOBES

@@ -13,10 +13,7 @@ constexpr Param kParams[] = {
         .help("What is done; other numbers add. Powers of what is below 0 keep its sign, but for even ones."),
     param::color("input1", 0.f).help("First operand."),
     param::color("input2", 0.f).help("Second operand."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrArithmetic {

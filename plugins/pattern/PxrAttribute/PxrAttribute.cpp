@@ -17,10 +17,7 @@ constexpr Param kParams[] = {
     param::vector("defaultFloat3", 0, 0, 0).help("Where there is none: of types float2, point, vector and normal."),
     param::color("defaultColor", 0.f).help("Where there is none: of type color."),
     param::integer("verbosity", 0).range(0, 2).help("Accepted."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultF"),
     param::output(Type::Int, "resultI"),
 };

@@ -11,10 +11,7 @@ constexpr Param kParams[] = {
     param::number("physicalIntensity", 0.f)
         .help("0: luminance 1 at any temperature, 1: as bright as Planck's law says, 1 at 6500 kelvin."),
     param::number("exposure", 0.f).range(-4, 4).help("Stops: each one doubles the result."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 // Every kStep nm from kFirst on: the observer in Rec. 709, times (560 nm / wavelength)^5.

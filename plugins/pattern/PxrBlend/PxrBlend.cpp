@@ -13,10 +13,7 @@ constexpr Param kParams[] = {
     param::color("bottomRGB", 0.f).help("Colour of the bottom layer."),
     param::number("bottomA", 1.f).help("Coverage of the bottom layer."),
     param::integer("clampOutput", 1).range(0, 1).help("1: results stay within 0..1."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultA"),
 };
 

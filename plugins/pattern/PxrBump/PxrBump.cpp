@@ -48,16 +48,10 @@ constexpr Param kParams[] = {
     param::number("adjustAmount", 1.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::integer("linearize", 0).range(0, 1).help("1: heights are decoded from sRGB before they are filtered."),
-    param::output(Type::Normal, "resultN"),
-    param::output(Type::Vector, "resultNG"),
+    KINORA_BENT_NORMAL_OUTPUTS,
 };
 
-struct PxrBump {
-  template <int W>
-  static void compute(const Context* c, const PatternArgs* args) {
-    bend<W>(c, args);
-    if (args->wanted[1]) makeSurfaceGradients<W>(*c, args->outputs[0].data, args->outputs[1]);
-  }
+struct PxrBump : BendsNormals<PxrBump> {
   template <int W>
   static void bend(const Context* c, const PatternArgs* args) {
     using F = Float<W>;

@@ -15,10 +15,7 @@ constexpr Param kParams[] = {
         .options("2 squares, 3 cubes")
         .help("Squares, or cubes of a 3D manifold."),
     param::structure("manifold").help("Position; st where not connected."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrChecker {

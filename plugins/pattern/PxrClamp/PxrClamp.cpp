@@ -11,10 +11,7 @@ constexpr Param kParams[] = {
     param::color("min", 0.f).range(-1, 1).help("Smallest result."),
     param::color("max", 1.f).range(-1, 4).help("Largest result."),
     param::integer("modulus", 0).range(0, 1).help("1: values outside come in again at the other end."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrClamp {

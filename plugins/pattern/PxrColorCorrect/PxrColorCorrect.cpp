@@ -43,10 +43,7 @@ constexpr Param kParams[] = {
     param::integer("clampOutput", 0).range(0, 1).help("1: the result stays between clampMin and clampMax."),
     param::color("clampMin", 0.f).help("Smallest result."),
     param::color("clampMax", 1.f).help("Largest result."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrColorCorrect {

@@ -22,10 +22,7 @@ enum : uint32_t {
 };
 constexpr std::array kInput = {param::color("inputColor", 0.f).help("Colour to grade.")};
 constexpr std::array kOutputs = {
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 constexpr auto kParams = joinParams(kInput, gradeParams::kGrade, kOutputs);
 

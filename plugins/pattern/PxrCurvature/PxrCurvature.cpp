@@ -56,10 +56,7 @@ constexpr Param kParams[] = {
         .range(0, 1)
         .help("1: resultRGB is grey; 0: red where the surface is convex, green where it is concave."),
     param::integer("clampOutput", 1).range(0, 1).help("1: no output is above 1."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultF"),
     param::output(Type::Float, "resultConvex"),
     param::output(Type::Float, "resultConcave"),

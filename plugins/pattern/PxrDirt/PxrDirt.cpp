@@ -50,10 +50,7 @@ constexpr Param kParams[] = {
         .help("Groups of objects (grouping:membership), apart by spaces, that rays meet; empty: all that reflections "
               "of the object see. Without rays (where the pattern decides whether a surface is there that another "
               "pattern's ray met) the result is unoccluded."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrDirt {

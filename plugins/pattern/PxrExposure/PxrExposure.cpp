@@ -8,10 +8,7 @@ enum : uint32_t { kInputRGB, kStops };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
     param::number("stops", 0.f).range(-8, 8).help("Doublings of brightness."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrExposure {

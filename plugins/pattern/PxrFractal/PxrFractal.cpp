@@ -42,10 +42,7 @@ constexpr Param kParams[] = {
     param::number("floatOffset", 0.f).range(-1, 1).help("Added to resultF."),
     param::structure("manifold").help("Position; the surface's where not connected."),
     param::output(Type::Float, "resultF"),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 template <int W>

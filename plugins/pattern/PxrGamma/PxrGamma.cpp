@@ -8,10 +8,7 @@ enum : uint32_t { kInputRGB, kGamma };
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
     param::number("gamma", 1.f).range(0.2f, 4).help("The result is inputRGB^(1 / gamma)."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrGamma {

@@ -11,10 +11,7 @@ constexpr Param kParams[] = {
     param::number("hue", 0.f).range(-180, 180).help("Added to the hue, degrees."),
     param::number("saturation", 1.f).range(0, 2).help("Factor of the saturation."),
     param::number("luminance", 1.f).range(0, 2).help("Factor of the lightness."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrHSL {

@@ -13,25 +13,13 @@ enum : uint32_t {
   kGroutWidth,
   kTileBevelWidth,
   kRandomOrientation,
-  kAngle,
-  kGlobalScale,
-  kScaleS,
-  kScaleT,
-  kOffsetS,
-  kOffsetT,
-  kInvertT,
-  kPrimvarS,
-  kPrimvarT
+  KINORA_TILE_PLACE_INDICES
 };
 constexpr Param kParams[] = {
     KINORA_TILE_COUNT,
     KINORA_TILE_GROUT,
     param::integer("randomOrientation", 0).range(0, 1).help("1: each hexagon is turned by some sixths of a turn."),
-    KINORA_PLACE_ANGLE,
-    KINORA_TILE_SCALE,
-    KINORA_PLACE_PARAMS,
-    KINORA_TILE_INVERT,
-    KINORA_PLACE_PRIMVARS,
+    KINORA_TILE_PLACE_PARAMS(KINORA_TILE_INVERT),
     KINORA_TILE_OUTPUTS,
 };
 
@@ -42,8 +30,7 @@ struct PxrHexTileManifold {
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
     using I = Int<W>;
-    const Place2D place(*c, {kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kNoPlaceParam, kNoPlaceParam, kPrimvarS,
-                             kPrimvarT, kGlobalScale});
+    const Place2D place(*c, KINORA_TILE_PLACE);
     const Value gap = c->param(kGroutWidth), bevel = c->param(kTileBevelWidth);
     const bool turned = fixedInteger(*c, kRandomOrientation) != 0, flip = fixedInteger(*c, kInvertT) != 0;
     const TextureChoice textures(*c, kNumTextures, kTextureOrder);

@@ -12,10 +12,7 @@ constexpr Param kParams[] = {
     param::integer("invertChannel0", 1).range(0, 1).help("1: inverts red or hue."),
     param::integer("invertChannel1", 1).range(0, 1).help("1: inverts green or saturation."),
     param::integer("invertChannel2", 1).range(0, 1).help("1: inverts blue, lightness or value."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrInvert {

@@ -42,10 +42,7 @@ constexpr Param kParams[] = {
     param::integer("operation_7", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 7 is combined."),
     param::color("RGB_7", 0.f).help("Colour of layer 7."),
     param::number("A_7", 1.f).help("Coverage of layer 7."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultA"),
 };
 

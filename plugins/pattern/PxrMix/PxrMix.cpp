@@ -9,10 +9,7 @@ constexpr Param kParams[] = {
     param::color("color1", 0.f).help("Result where mix is 0."),
     param::color("color2", 1.f).help("Result where mix is 1."),
     param::number("mix", 0.f).help("Share of color2; values outside 0..1 go beyond the two colours."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrMix {

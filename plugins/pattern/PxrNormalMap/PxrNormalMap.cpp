@@ -55,16 +55,10 @@ constexpr Param kParams[] = {
     param::number("adjustAmount", 0.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
     param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
-    param::output(Type::Normal, "resultN"),
-    param::output(Type::Vector, "resultNG"),
+    KINORA_BENT_NORMAL_OUTPUTS,
 };
 
-struct PxrNormalMap {
-  template <int W>
-  static void compute(const Context* c, const PatternArgs* args) {
-    bend<W>(c, args);
-    if (args->wanted[1]) makeSurfaceGradients<W>(*c, args->outputs[0].data, args->outputs[1]);
-  }
+struct PxrNormalMap : BendsNormals<PxrNormalMap> {
   template <int W>
   static void bend(const Context* c, const PatternArgs* args) {
     using F = Float<W>;

@@ -29,10 +29,7 @@ constexpr Param kParams[] = {
     param::integer("verbosity", 0)
         .range(0, 2)
         .help("Accepted; messages are given once for each file and name anyway."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultF"),
     param::output(Type::Point, "resultP"),
     param::output(Type::Float, "width"),

@@ -52,10 +52,7 @@ constexpr Param kParams[] = {
         .range(0, 4)
         .options("0 by colorRamp_Interpolation, 1 constant, 2 linear, 3 bspline, 4 catmull-rom")
         .help("Curve, where positions and colors are used."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrRamp {

@@ -18,15 +18,7 @@ enum : uint32_t {
   kRandomFlipT,
   kRandomOffsetS,
   kRandomOffsetT,
-  kAngle,
-  kGlobalScale,
-  kScaleS,
-  kScaleT,
-  kOffsetS,
-  kOffsetT,
-  kInvertT,
-  kPrimvarS,
-  kPrimvarT
+  KINORA_TILE_PLACE_INDICES
 };
 constexpr Param kParams[] = {
     KINORA_TILE_COUNT,
@@ -37,11 +29,7 @@ constexpr Param kParams[] = {
     param::integer("randomFlipT", 0).range(0, 1).help("1: every other object mirrors t."),
     param::integer("randomOffsetS", 0).range(0, 1).help("1: s is shifted by 0 to 1."),
     param::integer("randomOffsetT", 0).range(0, 1).help("1: t is shifted by 0 to 1."),
-    KINORA_PLACE_ANGLE,
-    KINORA_TILE_SCALE,
-    KINORA_PLACE_PARAMS,
-    param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t, last of all."),
-    KINORA_PLACE_PRIMVARS,
+    KINORA_TILE_PLACE_PARAMS(param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t, last of all.")),
     KINORA_TILE_OUTPUTS,
 };
 
@@ -50,8 +38,7 @@ struct PxrRandomTextureManifold {
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
     using I = Int<W>;
-    const Place2D place(*c, {kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kNoPlaceParam, kNoPlaceParam, kPrimvarS,
-                             kPrimvarT, kGlobalScale});
+    const Place2D place(*c, KINORA_TILE_PLACE);
     const Value extra = c->param(kRandomExtraSeed), id = c->builtin(Builtin::ObjectId);
     bool on[5];
     for (uint32_t k = 0; k < 5; ++k) on[k] = fixedInteger(*c, kRandomOrientation + k) != 0;

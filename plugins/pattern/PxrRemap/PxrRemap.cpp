@@ -16,10 +16,7 @@ constexpr Param kParams[] = {
     param::number("outputMin", 0.f).help("Result of inputMin."),
     param::number("outputMax", 1.f).help("Result of inputMax."),
     param::integer("clampOutput", 1).range(0, 1).help("1: the result stays within its range."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrRemap {

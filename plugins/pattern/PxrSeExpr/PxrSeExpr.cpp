@@ -18,10 +18,7 @@ constexpr Param kParams[] = {
         .help("Assignments and conditions, then the result, in SeExpr's language. Parameters of any other name are "
               "variables too, given or connected; so are P, Pobj, Nn, Ngn, Vn, VLen, Tn, Cs, s, t, u, v, w, objectId "
               "and time. A broken expression is told with its place, and what it feeds is magenta."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultF"),
 };
 

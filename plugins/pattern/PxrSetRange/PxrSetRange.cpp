@@ -13,10 +13,7 @@ constexpr Param kParams[] = {
     param::color("outputMin", 0.f).help("Result of inputMin."),
     param::color("outputMax", 1.f).help("Result of inputMax."),
     param::integer("clampOutput", 0).range(0, 1).help("1: the result stays within its range."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrSetRange {

@@ -34,10 +34,7 @@ constexpr Param kParams[] = {
     KINORA_INPUT(13),
     KINORA_INPUT(14),
     KINORA_INPUT(15),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 #undef KINORA_INPUT
 

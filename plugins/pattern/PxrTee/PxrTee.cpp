@@ -12,10 +12,7 @@ constexpr Param kParams[] = {
     param::string("aov", "").help("Source of the display channel that shows it: the colour where resultRGB or one of "
                                   "its parts is connected, else the number."),
     param::integer("verbosity", 0).range(0, 2).help("Accepted."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultF"),
 };
 

@@ -14,10 +14,7 @@ constexpr Param kParams[] = {
     param::number("thickness", 1896.f).range(0, 5000).help("Of the film, nanometres."),
     param::number("thicknessScale", 1.f).range(0, 4).help("Factor of the thickness."),
     param::integer("frontOnly", 0).range(0, 1).help("1: seen from inside the result is inputRGB."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 // The bands' shares of red, green and blue light in Rec. 709 (CIE 1931 observer, fit of Wyman, Sloan and Shirley),

@@ -13,10 +13,7 @@ constexpr Param kParams[] = {
     param::number("transitionWidth", 0.05f).help("Width of the transition."),
     param::integer("transitionProfile", 1).range(0, 1).options("0 linear, 1 smooth").help("Shape of the transition."),
     param::output(Type::Float, "resultF"),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrThreshold {

@@ -14,26 +14,14 @@ enum : uint32_t {
   kGroutWidth,
   kTileBevelWidth,
   kSwapTileST,
-  kAngle,
-  kGlobalScale,
-  kScaleS,
-  kScaleT,
-  kOffsetS,
-  kOffsetT,
-  kInvertT,
-  kPrimvarS,
-  kPrimvarT
+  KINORA_TILE_PLACE_INDICES
 };
 constexpr Param kParams[] = {
     KINORA_TILE_COUNT,
     param::number("gridOffset", 0.5f).help("Shift of each row against the one below, in tiles."),
     KINORA_TILE_GROUT,
     param::integer("swapTileST", 0).range(0, 1).help("1: s and t change places within each tile."),
-    KINORA_PLACE_ANGLE,
-    KINORA_TILE_SCALE,
-    KINORA_PLACE_PARAMS,
-    KINORA_TILE_INVERT,
-    KINORA_PLACE_PRIMVARS,
+    KINORA_TILE_PLACE_PARAMS(KINORA_TILE_INVERT),
     KINORA_TILE_OUTPUTS,
 };
 
@@ -41,8 +29,7 @@ struct PxrTileManifold {
   template <int W>
   static void compute(const Context* c, const PatternArgs* args) {
     using F = Float<W>;
-    const Place2D place(*c, {kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kNoPlaceParam, kNoPlaceParam, kPrimvarS,
-                             kPrimvarT, kGlobalScale});
+    const Place2D place(*c, KINORA_TILE_PLACE);
     const Value offset = c->param(kGridOffset), gap = c->param(kGroutWidth), bevel = c->param(kTileBevelWidth);
     const bool swap = fixedInteger(*c, kSwapTileST) != 0, flip = fixedInteger(*c, kInvertT) != 0;
     const TextureChoice textures(*c, kNumTextures, kTextureOrder);

@@ -10,10 +10,7 @@ constexpr Param kParams[] = {
     param::number("inputR", 0.f).help("Red."),
     param::number("inputG", 0.f).help("Green."),
     param::number("inputB", 0.f).help("Blue."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrToFloat3 {

@@ -13,10 +13,7 @@ constexpr Param kParams[] = {
     param::string("name", "").options(kNames).help("Name of the variable."),
     param::string("type", "float").help("Accepted; the variable's own type counts."),
     param::string("coordsys", "object").help("Space in which points, vectors and normals are given out."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultRadius"),
 };
 

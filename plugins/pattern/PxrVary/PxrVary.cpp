@@ -20,10 +20,7 @@ constexpr Param kParams[] = {
     param::number("probability", 1.f).help("Share of the objects that are changed at all."),
     KINORA_VARY_SIDES,
     param::integer("verbosity", 0).range(0, 2).help("Accepted."),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrVary {

@@ -35,10 +35,7 @@ constexpr Param kParams[] = {
         .help("Space where no manifold is connected."),
     param::structure("manifold").help("Position; the surface's where not connected."),
     param::output(Type::Float, "resultF"),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrVoronoise {

@@ -41,10 +41,7 @@ constexpr Param kParams[] = {
     param::number("randomScaleCenter", 0.f).help("Where in that range the scale 1 lies."),
     param::structure("manifold").help("Position; the surface's in object space where not connected."),
     param::output(Type::Float, "resultF"),
-    param::output(Type::Color, "resultRGB"),
-    param::output(Type::Float, "resultR"),
-    param::output(Type::Float, "resultG"),
-    param::output(Type::Float, "resultB"),
+    KINORA_COLOR_OUTPUTS,
 };
 
 struct PxrWorley {

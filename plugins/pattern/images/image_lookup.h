@@ -31,10 +31,7 @@
       param::integer("linearize", 0)                                                                 \
           .range(0, 1)                                                                               \
           .help("1: the file stores sRGB; it is decoded before it is filtered.")
-#define KINORA_IMAGE_OUTPUTS                                                        \
-  param::output(Type::Color, "resultRGB"), param::output(Type::Float, "resultR"),   \
-      param::output(Type::Float, "resultG"), param::output(Type::Float, "resultB"), \
-      param::output(Type::Float, "resultA")
+#define KINORA_IMAGE_OUTPUTS KINORA_COLOR_OUTPUTS, param::output(Type::Float, "resultA")
 namespace kinora {
 // Indices of KINORA_IMAGE_PARAMS from the first of them on, and their number.
 inline constexpr uint32_t kImageInvertT = 0, kImageFilter = 1, kImageBlur = 2, kImageLerp = 3, kImageMissingColor = 4,

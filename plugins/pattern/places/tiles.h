@@ -18,6 +18,14 @@
   param::number("groutWidth", 0.f).help("Gap between tiles, a fraction of a tile: 1 leaves nothing."), \
       param::number("tileBevelWidth", 0.f).help("Width over which resultMask rises from the gap to the tile.")
 #define KINORA_TILE_SCALE param::number("globalScale", 1.f).range(0, 8).help("Factor of scaleS and scaleT.")
+// The parameters by which a texture lies on the plane, and what they are called. `invertT` declares the last but the
+// primitive variables.
+#define KINORA_TILE_PLACE_INDICES \
+  kAngle, kGlobalScale, kScaleS, kScaleT, kOffsetS, kOffsetT, kInvertT, kPrimvarS, kPrimvarT
+#define KINORA_TILE_PLACE \
+  { kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kNoPlaceParam, kNoPlaceParam, kPrimvarS, kPrimvarT, kGlobalScale }
+#define KINORA_TILE_PLACE_PARAMS(invertT) \
+  KINORA_PLACE_ANGLE, KINORA_TILE_SCALE, KINORA_PLACE_PARAMS, invertT, KINORA_PLACE_PRIMVARS
 #define KINORA_TILE_INVERT param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t within each tile.")
 #define KINORA_TILE_OUTPUTS                                                              \
   param::output(Type::Struct, "result"), param::output(Type::Float, "resultS"),          \

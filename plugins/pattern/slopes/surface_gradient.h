@@ -2,6 +2,10 @@
 // Mapping Framework", JCGT 2020). What it bends is the normal minus the gradient. Included per target.
 #include <kinora/pattern_author.h>
 
+#ifndef KINORA_BENT_NORMAL_OUTPUTS
+#define KINORA_BENT_NORMAL_OUTPUTS param::output(Type::Normal, "resultN"), param::output(Type::Vector, "resultNG")
+#endif
+
 #if defined(KINORA_SURFACE_GRADIENT_H_TARGET) == defined(HWY_TARGET_TOGGLE)
 #ifdef KINORA_SURFACE_GRADIENT_H_TARGET
 #undef KINORA_SURFACE_GRADIENT_H_TARGET
@@ -27,6 +31,16 @@ inline void makeSurfaceGradients(const Context& c, const float* const bent[3], V
   for (uint32_t i = 0; i < c.padded; i += W)
     surfaceGradient(Vec3<W>::load(bent, i), Vec3<W>::load(c.N, i)).store(g, i);
 }
+
+// A pattern of these outputs: Pattern::bend() gives the first.
+template <class Pattern>
+struct BendsNormals {
+  template <int W>
+  static void compute(const Context* c, const PatternArgs* args) {
+    Pattern::template bend<W>(c, args);
+    if (args->wanted[1]) makeSurfaceGradients<W>(*c, args->outputs[0].data, args->outputs[1]);
+  }
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include "language/library/gabor.h"
 
 #ifndef LANGUAGE_GABOR_TEST_ONCE
@@ -25,10 +26,7 @@ using Kernel = void (*)(Job&);
 }  // namespace kinora::languageGaborTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageGaborTest;
 template <int W>
 void run(Job& j) {
@@ -55,15 +53,10 @@ void run(Job& j) {
       r[c].v.store(j.out[c][0] + at), r[c].dx.store(j.out[c][1] + at), r[c].dy.store(j.out[c][2] + at);
   }
 }
-#if HWY_TARGET == HWY_AVX2
-constexpr Kernel kRun1 = &run<1>, kRun4 = &run<4>, kRun8 = &run<8>;
-#else
-constexpr Kernel kRun16 = &run<16>;
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

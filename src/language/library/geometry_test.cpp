@@ -10,6 +10,7 @@
 #include <functional>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include "language/library/color.h"
 #include "language/library/matrix.h"
 #include "language/library/spline.h"
@@ -52,10 +53,7 @@ using PlainKernel = void (*)(Plain&);
 }  // namespace kinora::languageGeometryTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageGeometryTest;
 
 template <class V, class F>
@@ -173,16 +171,13 @@ void runPlain(Plain& p) {
     b.x.store(p.body[0] + at), b.y.store(p.body[1] + at), b.z.store(p.body[2] + at);
   }
 }
+#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 #if HWY_TARGET == HWY_AVX2
-constexpr Kernel kRun1 = &run<1>, kRun4 = &run<4>, kRun8 = &run<8>;
 constexpr PlainKernel kPlain1 = &runPlain<1>, kPlain8 = &runPlain<8>;
-#else
-constexpr Kernel kRun16 = &run<16>;
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

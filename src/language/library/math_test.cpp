@@ -11,6 +11,7 @@
 #include <limits>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include "language/library/fast_math.h"
 #include "language/library/round_math.h"
 
@@ -36,10 +37,7 @@ using KernelInt = void (*)(int f, uint32_t n, const int32_t* a, const int32_t* b
 }  // namespace kinora::languageMathTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageMathTest;
 
 template <class F>
@@ -113,17 +111,15 @@ void runInt(int f, uint32_t n, const int32_t* a, const int32_t* b, int32_t* r) {
     z.store(r + i);
   }
 }
+#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
 #if HWY_TARGET == HWY_AVX2
-constexpr Kernel kRun1 = &run<1>, kRun4 = &run<4>, kRun8 = &run<8>;
 constexpr KernelInt kRunInt1 = &runInt<1>, kRunInt8 = &runInt<8>;
 #else
-constexpr Kernel kRun16 = &run<16>;
 constexpr KernelInt kRunInt16 = &runInt<16>;
 #endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <vector>
 #include <kinora/simd/foreach_target.h>
+#include "simd/kernel_widths.h"
 #include "language/library/cell_noise.h"
 #include "language/library/simplex.h"
 
@@ -32,10 +33,7 @@ using Kernel = void (*)(const Job&);
 }  // namespace kinora::languageNoiseTest
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace languageNoiseTest;
 
 template <class Noise, int N, int C, bool kDerivatives, int W>
@@ -104,15 +102,10 @@ void run(const Job& j) {
       return runHash<2, W>(j);
   }
 }
-#if HWY_TARGET == HWY_AVX2
-constexpr Kernel kRun1 = &run<1>, kRun4 = &run<4>, kRun8 = &run<8>;
-#else
-constexpr Kernel kRun16 = &run<16>;
-#endif
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
+KN_EACH_WIDTH(KN_X)
+#undef KN_X
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 #include "simd/dispatch.h"

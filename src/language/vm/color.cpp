@@ -8,10 +8,7 @@
 #include "language/vm/operands.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 
 template <class T, int W>
@@ -48,10 +45,7 @@ constexpr KernelFunction kColor[] = {&luminance<lang::PlainWords<W>, W>,
                                      &spectrum<W, true>,
                                      &spectrum<W, false>};
 KN_VM_TABLES(kColor)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

@@ -9,10 +9,7 @@
 #include "language/vm/operations.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 using namespace lang::operations;
 
@@ -171,10 +168,7 @@ constexpr KernelFunction kFused[] = {
 #undef KN_TWO
 };
 KN_VM_TABLES(kFused)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

@@ -7,10 +7,7 @@
 #include "language/vm/access.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 using lang::Dual;
 
@@ -98,10 +95,7 @@ constexpr KernelFunction kMath[] = {
 #undef KN_X
 };
 KN_VM_TABLES(kMath)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

@@ -6,10 +6,7 @@
 #include "language/vm/access.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 using lang::chunkOf;
 using lang::loadMask;
@@ -124,10 +121,7 @@ constexpr KernelFunction kMemory[] = {&copy<W>,         &broadcast<W>, &fill<W>,
                                       &blendUniform<W>, &maskAll<W>,   &maskSplit<W>, &maskAnd<W>,
                                       &maskCopy<W>,     &maskClear<W>, &maskAny<W>};
 KN_VM_TABLES(kMemory)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

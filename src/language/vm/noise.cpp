@@ -9,10 +9,7 @@
 #include "language/vm/access.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 using lang::Dual;
 
@@ -91,10 +88,7 @@ constexpr KernelFunction kNoise[] = {
     &gabor<W, 1>,
     &gabor<W, 3>};
 KN_VM_TABLES(kNoise)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

@@ -7,10 +7,7 @@
 #include "language/vm/operands.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 using lang::DualKnots;
 using lang::DualWords;
@@ -75,10 +72,7 @@ constexpr KernelFunction kSpline[] = {
     &inverse<PlainWords<W>, W, VaryingKnots>, &inverse<DualWords<W>, W, UniformKnots>,
     &inverse<DualWords<W>, W, VaryingKnots>};
 KN_VM_TABLES(kSpline)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

@@ -8,10 +8,7 @@
 #include "language/vm/operands.h"
 #include "language/vm/width_tables.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace kinora {
-namespace HWY_NAMESPACE {
-namespace {
+KINORA_KERNELS_BEGIN
 using namespace kinora::language;
 using lang::Dual;
 using lang::Dual3;
@@ -115,10 +112,7 @@ constexpr KernelFunction kVector[] = {
     &swept<W, true>,
     &swept<W, false>};
 KN_VM_TABLES(kVector)
-}  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace kinora
-HWY_AFTER_NAMESPACE();
+KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::language {

@@ -1,6 +1,8 @@
 // Turns a family's list of kernels into its tables, one for each width. A family's file defines, per target,
 // `template <int W> constexpr KernelFunction kFamily[] = {...}`. Included per target: no include guard.
 // KINORA_ONLY_WIDTH_16: width 16 alone, where a test brings sixteen lanes to AVX2 (tests/language/width16).
+#include <kinora/simd/tables.h>
+
 #undef KN_VM_TABLES
 #ifdef KINORA_ONLY_WIDTH_16
 #define KN_VM_TABLES(list) const KernelFunction* const kFamily16 = list<16>;
