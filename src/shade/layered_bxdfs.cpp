@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kMaxLeaves = lama::kMaxLeaves, kMaxBelow = lama::kMaxBelow, kLobeNames = lama::kLobeNames;
 constexpr int kMaxVisits = 256;
+constexpr int kMaxHairLeaves = 4;  // of plugins/bxdf/LamaHairSurface
 
 struct Slot {
   const char *from, *to;
@@ -134,6 +135,20 @@ const OpRow* opOf(const scene::Node& n) {
   return nullptr;
 }
 
+constexpr const char* kHairPlugin = "LamaHairChiang";
+// Its parameters, which LamaHairSurface has for each leaf.
+constexpr const char* kHairParams[] = {"colorMode",          "colorR",       "colorTT",
+                                       "colorTintTT",        "colorTintTRT", "eumelanin",
+                                       "pheomelanin",        "absorption",   "longitudinalRoughness",
+                                       "azimuthalRoughness", "offset",       "IOR"};
+// What may stand beside it, with its letter there.
+char besideHair(const scene::Node& n) {
+  return sameName(n.plugin, kHairPlugin)         ? 'I'
+         : sameName(n.plugin, "LamaDiffuse")     ? 'D'
+         : sameName(n.plugin, "LamaTranslucent") ? 'T'
+                                                 : 0;
+}
+
 // Whether LamaSurface takes a structure that was written by hand.
 bool isTree(std::string_view text) {
   int open = 0, leaves = 0, below = 0;
@@ -156,13 +171,21 @@ class Flattener {
       : network_(network), registry_(registry), diagnostics_(diagnostics) {}
 
   scene::NetworkPtr flat(const scene::Node& terminal, const scene::Node* root) {
+    if (root) survey(*root);
+    visits_ = 0;
+    isOfHair_ = holdsHair_ && !holdsOthers_;
+    mostLeaves_ = isOfHair_ ? kMaxHairLeaves : kMaxLeaves;
     node_.kind = "Bxdf";
-    node_.plugin = "LamaSurface";
+    node_.plugin = isOfHair_ ? "LamaHairSurface" : "LamaSurface";
     node_.handle = terminal.handle;
     node_.pos = terminal.pos;
+    const auto isForAll = [&](const std::string& name) {
+      if (isOfHair_) return sameName(name, "presence") || sameName(name, "shadowColor");
+      return !sameName(name, "materialFront") && !sameName(name, "materialBack");
+    };
     if (&terminal != root)
       for (const scene::Parameter& p : terminal.params)
-        if (!sameName(p.name, "materialFront") && !sameName(p.name, "materialBack")) node_.params.set(p);
+        if (isForAll(p.name)) node_.params.set(p);
     if (!root || !add(*root, false)) {
       tell(terminal.pos, "no slab is connected to the material '" + terminal.handle + "'", "the surface is black");
       black();
@@ -217,13 +240,29 @@ class Flattener {
   std::vector<std::string> lobeNames_;
   int leaves_ = 0, ops_ = 0, visits_ = 0, below_ = 0;
   bool told_ = false, isFilled_ = false;
+  bool holdsHair_ = false, holdsOthers_ = false, isOfHair_ = false;  // others: than those of besideHair(), and layers
+  int mostLeaves_ = kMaxLeaves;
 
+  // What a tree is made of, as far as it will be read.
+  void survey(const scene::Node& n) {
+    if (++visits_ > kMaxVisits) return;
+    const OpRow* op = opOf(n);
+    if (!op) {
+      const char letter = besideHair(n);
+      holdsHair_ = holdsHair_ || letter == 'I';
+      holdsOthers_ = holdsOthers_ || !letter;
+      return;
+    }
+    holdsOthers_ = holdsOthers_ || op->letter == 'L';
+    for (const char* half : {op->below, op->above})
+      if (const scene::Node* q = input(n, half)) survey(*q);
+  }
   // Appends a node's tree; false where nothing came of it. on: it lies on something.
   bool add(const scene::Node& n, bool on) {
     // nodes are few, but each may be read twice by the next: a chain of them would be a tree without end
-    if (++visits_ > kMaxVisits || leaves_ == kMaxLeaves) {
+    if (++visits_ > kMaxVisits || leaves_ == mostLeaves_) {
       if (!told_)
-        tell(n.pos, "the material '" + node_.handle + "' has more than " + std::to_string(kMaxLeaves) + " leaves",
+        tell(n.pos, "the material '" + node_.handle + "' has more than " + std::to_string(mostLeaves_) + " leaves",
              "'" + n.handle + "' and those after it are left out");
       told_ = true;
       return false;
@@ -237,7 +276,7 @@ class Flattener {
     // The half that is not there returns no light; what is there keeps its place. A top that shows in part and has no
     // base shows by a mix: it may be glass, which lies on nothing.
     const bool isBareTop = op->letter == 'L' && !hasBelow && above && showsInPart(n, op->amount);
-    const bool wantsBelow = !hasBelow && above && (op->letter != 'L' || isBareTop) && leaves_ + 1 < kMaxLeaves;
+    const bool wantsBelow = !hasBelow && above && (op->letter != 'L' || isBareTop) && leaves_ + 1 < mostLeaves_;
     if (wantsBelow) black();
     bool hasAbove = above && add(*above, on || (hasBelow && op->letter == 'L'));
     if (wantsBelow && !hasAbove) {
@@ -245,7 +284,7 @@ class Flattener {
       node_.params.erase("leaf" + std::to_string(leaves_--) + "_color");
     }
     hasBelow = hasBelow || (wantsBelow && hasAbove);
-    if (op->letter != 'L' && hasBelow && !hasAbove && leaves_ < kMaxLeaves) {
+    if (op->letter != 'L' && hasBelow && !hasAbove && leaves_ < mostLeaves_) {
       black();
       hasAbove = true;
     }
@@ -310,6 +349,7 @@ class Flattener {
         (shadow->isReference ||
          std::any_of(shadow->floats.begin(), shadow->floats.end(), [](float x) { return x != 0; })))
       node_.params.set(*shadow);
+    if (isOfHair_) return leafOfHair(n);
     const bool isThree = sameName(n.plugin, "LamaTricolorSSS");
     if ((isThree || sameName(n.plugin, "LamaSSS")) && subsurface(n, isThree)) return true;
     for (const LeafRow& row : kLeaves) {
@@ -342,8 +382,29 @@ class Flattener {
     if (said) p = *n.params.find(said);
     p.name = prefix + "color";
     node_.params.set(std::move(p));
-    tell(n.pos, "the bxdf '" + n.plugin + "' (node '" + n.handle + "') is no slab that layers are made of",
+    tell(n.pos,
+         "the bxdf '" + n.plugin + "' (node '" + n.handle + "') " +
+             (besideHair(n) ? "can be mixed and summed with hair, LamaDiffuse and LamaTranslucent alone"
+                            : "is no slab that layers are made of"),
          said ? std::string("a diffuse slab of its ") + said + " stands in" : "a magenta diffuse slab stands in");
+    return true;
+  }
+  // In a material of hair, in which all leaves are those of besideHair().
+  bool leafOfHair(const scene::Node& n) {
+    const Descriptor* d = registry_.find(Kind::Bxdf, n.plugin, diagnostics_, n.pos);
+    if (!d) return false;
+    ResolvedParams(*d, &n, diagnostics_);  // for its messages
+    const char letter = besideHair(n);
+    const std::string prefix = next(letter);
+    nameLobes(n, prefix);
+    if (letter == 'I') {
+      for (const char* name : kHairParams) copy(n, d, name, prefix + name);
+      return true;
+    }
+    copy(n, d, letter == 'D' && n.params.find("diffuseColor") ? "diffuseColor" : "color", prefix + "color");
+    if (letter == 'D') copy(n, d, "roughness", prefix + "roughness");
+    if (const scene::Parameter* normal = n.params.find("normal"); normal && normal->isReference)
+      tell(n.pos, "'" + n.handle + "' is mixed with hair, which has no bumps", "its normal is the fibre's");
     return true;
   }
   // Of a leaf whose lobes have a name: which.
@@ -426,7 +487,7 @@ scene::NetworkPtr withFlatLayers(const scene::Network& network, Registry& regist
     flattener.tell(terminal.pos, "the material '" + terminal.handle + "' has another back than front",
                    "the front's is on both sides");
   const scene::Node& root = front ? *front : *back;
-  if (sameName(root.plugin, "LamaHairChiang")) return flattener.alone(terminal, root);
+  if (sameName(root.plugin, kHairPlugin)) return flattener.alone(terminal, root);
   return flattener.flat(terminal, &root);
 }
 

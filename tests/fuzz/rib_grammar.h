@@ -301,6 +301,7 @@ constexpr const char* kStrings[] = {
     "PxrBlend",
     "PxrPortalLight",
     "LamaSurface",
+    "LamaHairSurface",
     "nosuch.ies",
     "\\101\\n\\\\",
     "\303\244",

@@ -77,6 +77,31 @@ TEST(LamaMaterial, TricolorAndHairAreRootsToo) {
   EXPECT_EQ(quietly(hair), quietly(hair + root));
 }
 
+// Mixes and sums of hair, with the diffuse slabs that may stand beside it, become one node of LamaHairSurface.
+TEST(LamaMaterial, TreesOfHairBecomeTheirStructure) {
+  const std::string tree =
+      R"(Bxdf "LamaHairChiang" "brown" "int colorMode" [1] "float eumelanin" [2] "float offset" [3]
+Bxdf "LamaHairChiang" "white" "color colorTT" [0.9 0.9 0.9] "float azimuthalRoughness" [0.6]
+Bxdf "LamaMix" "grey" "reference bxdf material1" ["brown"] "reference bxdf material2" ["white:bxdf_out"] "float mix" [0.4]
+Bxdf "LamaDiffuse" "dust" "color color" [0.5 0.4 0.3] "float roughness" [0.3]
+Bxdf "LamaAdd" "all" "reference bxdf material1" ["grey"] "reference bxdf material2" ["dust"] "float weight1" [0.8] "float weight2" [0.2]
+)";
+  const Seen s = seen(tree);
+  EXPECT_TRUE(s.messages.empty()) << s.messages[0];
+  const auto whole = quietly(tree + "Bxdf \"LamaSurface\" \"s\" \"reference bxdf materialFront\" [\"all\"]\n");
+  EXPECT_EQ(whole, quietly(tree)) << "a tree without a root";
+  EXPECT_EQ(whole, quietly(R"(Bxdf "LamaHairSurface" "s" "string structure" ["IIMDP"]
+  "int leaf1_colorMode" [1] "float leaf1_eumelanin" [2] "float leaf1_offset" [3]
+  "color leaf2_colorTT" [0.9 0.9 0.9] "float leaf2_azimuthalRoughness" [0.6]
+  "color leaf3_color" [0.5 0.4 0.3] "float leaf3_roughness" [0.3]
+  "float op1_amount" [0.4] "float op2_amount" [0.8] "float op2_other" [0.2]
+)"));
+  // a half that is not there is black
+  const std::string hair = "Bxdf \"LamaHairChiang\" \"a\"\n", mix = "Bxdf \"LamaMix\" \"m\" \"float mix\" [0.25] ";
+  EXPECT_EQ(quietly(hair + mix + "\"reference bxdf material2\" [\"a\"]\n"),
+            quietly("Bxdf \"LamaHairSurface\" \"m\" \"string structure\" [\"EIM\"] \"float op1_amount\" [0.25]\n"));
+}
+
 TEST(LamaMaterial, TreesBecomeTheirStructure) {
   const std::string tree = R"(Pattern "PxrVary" "grey" "color inputRGB" [0.5 0.25 0.75]
 Bxdf "LamaDiffuse" "base" "color color" [0.8 0.3 0.1]
@@ -156,9 +181,19 @@ TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
       "\"n\" \"reference bxdf material1\" [\"m\"] \"reference bxdf material2\" [\"c\"]\n",
       "more than 2 slabs");
   told(
-      "Bxdf \"LamaHairChiang\" \"a\" \"color colorTT\" [0.8 0.4 0.2]\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaMix\" "
+      "Bxdf \"LamaHairChiang\" \"a\" \"color colorTT\" [0.8 0.4 0.2]\nBxdf \"LamaConductor\" \"b\"\nBxdf \"LamaMix\" "
       "\"m\" \"reference bxdf material1\" [\"a\"] \"reference bxdf material2\" [\"b\"]\n",
       "a diffuse slab of its colorTT");
+  told(
+      "Bxdf \"LamaHairChiang\" \"a\"\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaLayer\" \"m\" \"reference bxdf "
+      "materialTop\" [\"a\"] \"reference bxdf materialBase\" [\"b\"]\n",
+      "mixed and summed with hair");
+  std::string hairs = "Bxdf \"LamaHairChiang\" \"m0\"\n";
+  for (int i = 1; i < 6; ++i)
+    hairs += "Bxdf \"LamaHairChiang\" \"h" + std::to_string(i) + "\"\nBxdf \"LamaAdd\" \"m" + std::to_string(i) +
+             "\" \"reference bxdf material1\" [\"m" + std::to_string(i - 1) +
+             "\"] \"reference bxdf material2\" [\"h" + std::to_string(i) + "\"]\n";
+  told(hairs, "more than 4");
   told(
       "Bxdf \"LamaDiffuse\" \"a\"\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaSurface\" \"s\" \"reference bxdf "
       "materialFront\" [\"a\"] \"reference bxdf materialBack\" [\"b\"]\n",
