@@ -4,6 +4,8 @@
 #include <string>
 
 #include "figures.h"
+#include "recorded_rays.h"
+#include "render/renderer.h"
 
 namespace kinora::bench {
 
@@ -15,6 +17,9 @@ struct Options {
   bool spoil = false;      // one of the values compared is changed: a test of the check
   std::string filter;      // only groups whose name contains this
 };
+
+// One thread's pass from the middle of a frame, where groups are full; its rays go to `recorded`.
+render::Settings passOfFullGroups(const Options& options, RecordedRays& recorded);  // core_tracing.cpp
 
 // Writes a tiled mip-mapped picture of side x side into the temporary directory; "" when it cannot be written.
 std::string makeTexture(int side, bool isHalf);  // core_textures.cpp

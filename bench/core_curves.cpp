@@ -15,14 +15,7 @@ void measureCurves(const Options& options, Figures& figures) {
   Registry registry;
   Diagnostics diagnostics;
   RecordedRays recorded;
-  render::Settings settings;
-  settings.threads = 1;
-  // a pass from the middle of a frame: groups are full
-  settings.firstSample = 16;
-  settings.lastSample = options.quick ? 18 : 20;
-  settings.rayListener = &recorded;
-  settings.groupSize = options.groupSize;
-  render::Renderer renderer(registry, diagnostics, settings);
+  render::Renderer renderer(registry, diagnostics, passOfFullGroups(options, recorded));
   {
     scene::Scene scene = emptyScene(size, size);
     addCurves(scene, curves, material("PxrDiffuse", "white", "diffuseColor=0.8 0.8 0.8"));

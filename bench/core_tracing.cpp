@@ -14,6 +14,16 @@
 
 namespace kinora::bench {
 
+render::Settings passOfFullGroups(const Options& options, RecordedRays& recorded) {
+  render::Settings settings;
+  settings.threads = 1;
+  settings.firstSample = 16;
+  settings.lastSample = options.quick ? 18 : 20;
+  settings.rayListener = &recorded;
+  settings.groupSize = options.groupSize;
+  return settings;
+}
+
 namespace {
 
 using render::Renderer;
@@ -27,14 +37,7 @@ void measureScene(const std::string& name, scene::Scene scene, BareEmbree& bare,
   Registry registry;
   Diagnostics diagnostics;
   RecordedRays recorded;
-  render::Settings settings;
-  settings.threads = 1;
-  // a pass from the middle of a frame: groups are full
-  settings.firstSample = 16;
-  settings.lastSample = options.quick ? 18 : 20;
-  settings.rayListener = &recorded;
-  settings.groupSize = options.groupSize;
-  Renderer renderer(registry, diagnostics, settings);
+  Renderer renderer(registry, diagnostics, passOfFullGroups(options, recorded));
   if (!renderer.load(std::move(scene))) return;
   recorded.isRecording = true;
   renderer.renderFilm();

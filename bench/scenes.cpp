@@ -51,27 +51,20 @@ scene::NodePtr surface(const std::vector<scene::Parameter>& connected) {
 
 }  // namespace
 
-const char* const kAllButGlass =
-    "diffuseGain=1; diffuseColor=0.6 0.5 0.4; diffuseRoughness=0.5; diffuseDoubleSided=1; "
-    "specularFresnelMode=1; specularEdgeColor=1 1 1; specularIor=1.5 1.5 1.5; specularExtinctionCoeff=0.3 0.2 0.1; "
-    "specularRoughness=0.3; specularModelType=1; specularDoubleSided=1; "
-    "roughSpecularFaceColor=0.05 0.06 0.07; roughSpecularEdgeColor=0.3 0.3 0.3; roughSpecularRoughness=0.6; "
-    "roughSpecularModelType=1; roughSpecularDoubleSided=1; "
-    "clearcoatFaceColor=0.04 0.04 0.04; clearcoatEdgeColor=1 1 1; clearcoatRoughness=0.15; clearcoatModelType=1; "
-    "clearcoatDoubleSided=1; clearcoatThickness=0.3; clearcoatAbsorptionTint=0.3 0.2 0.1; "
-    "specularEnergyCompensation=1; clearcoatEnergyCompensation=1; "
-    "fuzzGain=0.3; fuzzColor=0.9 0.8 0.7; fuzzConeAngle=15; fuzzDoubleSided=1";
-const char* const kAllLobes =
-    "diffuseGain=1; diffuseColor=0.6 0.5 0.4; diffuseRoughness=0.5; diffuseDoubleSided=1; diffuseTransmitGain=0.2; "
-    "specularFresnelMode=1; specularEdgeColor=1 1 1; specularIor=1.5 1.5 1.5; specularExtinctionCoeff=0.3 0.2 0.1; "
-    "specularRoughness=0.3; specularModelType=1; specularDoubleSided=1; "
-    "roughSpecularFaceColor=0.05 0.06 0.07; roughSpecularEdgeColor=0.3 0.3 0.3; roughSpecularRoughness=0.6; "
-    "roughSpecularModelType=1; roughSpecularDoubleSided=1; "
-    "clearcoatFaceColor=0.04 0.04 0.04; clearcoatEdgeColor=1 1 1; clearcoatRoughness=0.15; clearcoatModelType=1; "
-    "clearcoatDoubleSided=1; clearcoatThickness=0.3; clearcoatAbsorptionTint=0.3 0.2 0.1; "
-    "specularEnergyCompensation=1; clearcoatEnergyCompensation=1; "
-    "fuzzGain=0.3; fuzzColor=0.9 0.8 0.7; fuzzConeAngle=15; fuzzDoubleSided=1; "
-    "refractionGain=0.2; reflectionGain=0.2; glassRoughness=0.3; glassIor=1.4";
+#define ALL_BUT_GLASS                                                                                              \
+  "diffuseGain=1; diffuseColor=0.6 0.5 0.4; diffuseRoughness=0.5; diffuseDoubleSided=1; "                          \
+  "specularFresnelMode=1; specularEdgeColor=1 1 1; specularIor=1.5 1.5 1.5; specularExtinctionCoeff=0.3 0.2 0.1; " \
+  "specularRoughness=0.3; specularModelType=1; specularDoubleSided=1; "                                            \
+  "roughSpecularFaceColor=0.05 0.06 0.07; roughSpecularEdgeColor=0.3 0.3 0.3; roughSpecularRoughness=0.6; "        \
+  "roughSpecularModelType=1; roughSpecularDoubleSided=1; "                                                         \
+  "clearcoatFaceColor=0.04 0.04 0.04; clearcoatEdgeColor=1 1 1; clearcoatRoughness=0.15; clearcoatModelType=1; "   \
+  "clearcoatDoubleSided=1; clearcoatThickness=0.3; clearcoatAbsorptionTint=0.3 0.2 0.1; "                          \
+  "specularEnergyCompensation=1; clearcoatEnergyCompensation=1; "                                                  \
+  "fuzzGain=0.3; fuzzColor=0.9 0.8 0.7; fuzzConeAngle=15; fuzzDoubleSided=1"
+const char* const kAllButGlass = ALL_BUT_GLASS;
+const char* const kAllLobes = ALL_BUT_GLASS
+    "; diffuseTransmitGain=0.2; refractionGain=0.2; reflectionGain=0.2; glassRoughness=0.3; glassIor=1.4";
+#undef ALL_BUT_GLASS
 
 TriangleMesh bumpyRoom(size_t triangles, float size) {
   const int n = std::max(1, int(std::lround(std::sqrt(double(triangles) / 12))));

@@ -56,13 +56,7 @@ struct Thickness {
         Float<W>::load(c.time + i).store(time + i);
         Int<W>::lanes(int32_t(i)).store(point + i);
       }
-      Rays rays{};
-      for (int x = 0; x < 3; ++x) {
-        rays.o[x] = o[x];
-        rays.d[x] = d[x];
-      }
-      rays.tMax = tMax;
-      rays.time = time;
+      const Rays rays = raysAlong(o, d, tMax, time);
       ObjectHits met{};
       met.most = kMostHits;
       met.traceSet = data.traceSet.c_str();

@@ -1,6 +1,7 @@
 // First hits of a group's camera rays, shaded: what integrators that follow no paths begin with (occlusion,
 // visualisation, checks). Traces, marks alpha and makes contexts. Included per target.
 #include <kinora/integrator.h>
+#include <kinora/random.h>
 #include <kinora/simd/wide.h>
 
 #if defined(KINORA_CAMERA_HITS_H_TARGET) == defined(HWY_TARGET_TOGGLE)
@@ -31,6 +32,23 @@ class CameraHits {
     services->cover(group, count, slots, alpha);
     contextCount =
         services->shade(group, &group->paths, kTraitEyePath | kTraitPrimaryHit, 0, count, slots, &contexts);
+  }
+
+  // The numbers by which a context's bxdf chooses direction `part` of `parts` (GenerateArgs::u).
+  template <int W>
+  void bxdfNumbers(const Context& c, uint32_t part, uint32_t parts, float* u[4]) const {
+    for (int k = 0; k < 4; ++k) u[k] = floats(c.padded);
+    for (uint32_t i = 0; i < c.padded; i += W) {
+      const Int<W> seed = Int<W>::load(c.sampleSeed + i);
+      const Int<W> sample = Int<W>::load(c.sampleIndex + i) * Int<W>(parts) + Int<W>(part);
+      Float<W> a, b;
+      draw2(services_->samples, seed, sample, subSampled(dimensionAt(0) + kDimBxdf, part, parts), a, b);
+      a.store(u[0] + i);
+      b.store(u[1] + i);
+      draw2(services_->samples, seed, sample, subSampled(dimensionAt(0) + kDimLobe, part, parts), a, b);
+      a.store(u[2] + i);
+      b.store(u[3] + i);
+    }
   }
 
   // Adds a colour at each point of a context to the picture, as light that the surface gives off: times the camera's

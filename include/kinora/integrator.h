@@ -27,6 +27,11 @@ struct Rays {
   float* spread;  // its growth per unit distance
 };
 
+// Rays without footprints, for requests that ask for none.
+inline Rays raysAlong(float* const o[3], float* const d[3], float* tMax, float* time) {
+  return {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, tMax, time, nullptr, nullptr};
+}
+
 struct Hits {  // by entry, like Rays
   float* t;    // distance; infinity: the ray escaped
   float* u;    // barycentric b1, b2 (triangles) or the geometry's own parameters

@@ -382,13 +382,7 @@ void PathsBelow<W>::cross(uint32_t n, const uint32_t* points, const GenerateArgs
     tMax[i] = 1e30f;
     time[i] = c.time[p];
   }
-  Rays rays{};
-  for (int k = 0; k < 3; ++k) {
-    rays.o[k] = o[k];
-    rays.d[k] = d[k];
-  }
-  rays.tMax = tMax;
-  rays.time = time;
+  const Rays rays = raysAlong(o, d, tMax, time);
   ObjectHits h{};
   h.most = below_.joins ? kMostHits : 1;
   h.nearestOnly = 1;

@@ -93,13 +93,7 @@ void PathsBelow<W>::probe(uint32_t n, const uint32_t* points) {
     gather(c.time, p).store(time + i);
     draw(p, 5).store(pick + i);
   }
-  Rays rays{};
-  for (int k = 0; k < 3; ++k) {
-    rays.o[k] = o[k];
-    rays.d[k] = d[k];
-  }
-  rays.tMax = tMax;
-  rays.time = time;
+  const Rays rays = raysAlong(o, d, tMax, time);
   ObjectHits h{};
   h.most = kMostHits;
   h.traceSet = below_.traceSet;

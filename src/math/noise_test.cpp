@@ -31,9 +31,7 @@ void fill(uint32_t n, const float* const p[3], const float* radius, float* noise
     fractalNoise(shape, q, Float<W>::load(radius + i), 7u).store(fractal + i);
   }
 }
-#define KN_X(W) [[maybe_unused]] constexpr noiseTest::Fill kFill##W = &fill<W>;
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kFill, fill)
 KINORA_KERNELS_END
 
 #if HWY_ONCE

@@ -351,6 +351,9 @@ class GroupState {
   static void setPathOf(const RayList& list, Track& t);
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
   const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
+  // n points, padded, that choose among lights; N[0] null: they have none.
+  light::LightSet::Points litPoints(uint32_t n, const float* const P[3], const float* const N[3], const float* time,
+                                    const uint32_t* linkSet, const uint32_t* row) const;
   float shareOfGlow(const Track& t, const Around& a, const float* shares) const;
   void askMediumLights(const Context* c, LightSamples* samples);
   light::LightSet::RayList seenFromBegin(const RayList& list, uint32_t n, const uint32_t* entries, float* tHit,

@@ -212,6 +212,11 @@ void GroupState::lightEnds(LightEnds* ends) {
     sets[i] = sets[done - 1];
     if (rows) rows[i] = rows[done - 1];
   }
+  world_.lights->ends(world_.width, arena_, litPoints(n, P, N, time, sets, rows), ends);
+}
+
+light::LightSet::Points GroupState::litPoints(uint32_t n, const float* const P[3], const float* const N[3],
+                                              const float* time, const uint32_t* linkSet, const uint32_t* row) const {
   light::LightSet::Points p{};
   p.count = n;
   p.padded = padded(n);
@@ -220,10 +225,10 @@ void GroupState::lightEnds(LightEnds* ends) {
     p.N[k] = N[k];
   }
   p.time = time;
-  p.linkSet = sets;
+  p.linkSet = linkSet;
   p.weights = group_.lightWeights;
-  p.row = rows;
-  world_.lights->ends(world_.width, arena_, p, ends);
+  p.row = row;
+  return p;
 }
 
 void GroupState::lightsBeyond(const RayList& rays, uint32_t n, const uint32_t* entries, LightHits* out) {

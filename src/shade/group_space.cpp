@@ -86,18 +86,7 @@ const float* GroupState::sharesOfGlow(const RayList& list, MediumTracks& tracks)
     row[i] = row[n - 1];
     light[i] = light[n - 1];
   }
-  light::LightSet::Points points{};
-  points.count = n;
-  points.padded = padded(n);
-  for (int c = 0; c < 3; ++c) {
-    points.P[c] = P[c];
-    points.N[c] = N[c];
-  }
-  points.time = time;
-  points.linkSet = set;
-  points.weights = group_.lightWeights;
-  points.row = row;
-  world_.lights->probabilities(world_.width, points, light, chosen);
+  world_.lights->probabilities(world_.width, litPoints(n, P, N, time, set, row), light, chosen);
   for (uint32_t i = 0; i < n; ++i) {
     const auto& l = *static_cast<const MediumLight*>(world_.lights->instanceOf(light[i]));
     const float o[3] = {P[0][i], P[1][i], P[2][i]};

@@ -134,22 +134,31 @@ std::vector<float> wholeContext(const BoundBxdf& b, uint32_t n) {
   return all;
 }
 
+// What a bxdf says of n points and directions, and of those directions at the middle one.
+struct Answers {
+  Evaluation e, a;
+  Generation g;
+  Answers(const BoundBxdf& b, uint32_t n, const std::vector<Vec3>& wi, uint64_t seed) : e(n), a(n), g(n) {
+    for (uint32_t i = 0; i < n; ++i) {
+      e.set(i, wi[i]);
+      a.set(i, wi[i]);
+    }
+    b.evaluate(e);
+    b.evaluateAt(n / 2, a);
+    fillRandom(g, n, seed + n);
+    b.generate(g);
+  }
+};
+
 void checkWidths(Judge& judge, const BxdfCase& c, uint64_t seed) {
   for (const uint32_t n : {1u, 7u, 16u, 33u}) {
     std::vector<Vec3> wi;
     const TestPoints points = wildPoints(n, seed, &wi);
     const WidthTable& first = *c.tables.front();
     const BoundBxdf reference(c.bxdf, first, c.setting, points);
-    Evaluation e0(n), a0(n);
-    for (uint32_t i = 0; i < n; ++i) {
-      e0.set(i, wi[i]);
-      a0.set(i, wi[i]);
-    }
-    reference.evaluate(e0);
-    reference.evaluateAt(n / 2, a0);
-    Generation g0(n);
-    fillRandom(g0, n, seed + n);
-    reference.generate(g0);
+    Answers answers(reference, n, wi, seed);
+    const Evaluation &e0 = answers.e, &a0 = answers.a;
+    Generation& g0 = answers.g;
     const std::vector<float> whole0 = wholeContext(reference, n);
     if (!checkFinite(judge, reference, e0) || !checkFinite(judge, reference, g0, n)) return;
     for (const float x : whole0)
@@ -159,16 +168,9 @@ void checkWidths(Judge& judge, const BxdfCase& c, uint64_t seed) {
       }
 
     const auto compare = [&](const BoundBxdf& other, const char* check, const std::string& who) {
-      Evaluation e(n), a(n);
-      for (uint32_t i = 0; i < n; ++i) {
-        e.set(i, wi[i]);
-        a.set(i, wi[i]);
-      }
-      other.evaluate(e);
-      other.evaluateAt(n / 2, a);
-      Generation g(n);
-      fillRandom(g, n, seed + n);
-      other.generate(g);
+      const Answers found(other, n, wi, seed);
+      const Evaluation &e = found.e, &a = found.a;
+      const Generation& g = found.g;
       judge.count(n);
       for (uint32_t i = 0; i < n; ++i) {
         const char* what = nullptr;

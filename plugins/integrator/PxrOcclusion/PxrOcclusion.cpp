@@ -50,22 +50,11 @@ struct PxrOcclusion {
   using Data = pxrOcclusion::Data;
   // Direction `part` for each point of a context; points without one keep their normal and ok 0.
   template <int W>
-  static void directions(const Data& k, const Services& sv, const CameraHits& hits, const Context& c, uint32_t part,
-                         float* const wi[3], uint32_t* ok) {
+  static void directions(const Data& k, const CameraHits& hits, const Context& c, uint32_t part, float* const wi[3],
+                         uint32_t* ok) {
     using F = Float<W>;
     float* u[4];
-    for (float*& x : u) x = hits.floats(c.padded);
-    for (uint32_t i = 0; i < c.padded; i += W) {
-      const Int<W> seed = Int<W>::load(c.sampleSeed + i);
-      const Int<W> sample = Int<W>::load(c.sampleIndex + i) * Int<W>(k.samples) + Int<W>(part);
-      F a, b;
-      draw2(sv.samples, seed, sample, subSampled(dimensionAt(0) + kDimBxdf, part, k.samples), a, b);
-      a.store(u[0] + i);
-      b.store(u[1] + i);
-      draw2(sv.samples, seed, sample, subSampled(dimensionAt(0) + kDimLobe, part, k.samples), a, b);
-      a.store(u[2] + i);
-      b.store(u[3] + i);
-    }
+    hits.bxdfNumbers<W>(c, part, k.samples, u);
     for (uint32_t i = 0; i < c.padded; ++i) ok[i] = 1;
     if (k.distribution == kReflection) {
       GenerateArgs g{};
@@ -117,7 +106,7 @@ struct PxrOcclusion {
       uint32_t n = 0;
       for (uint32_t x = 0; x < hits.contextCount; ++x) {
         const Context& c = *hits.contexts[x];
-        directions<W>(k, *sv, hits, c, part, wi, ok);
+        directions<W>(k, hits, c, part, wi, ok);
         uint32_t left = 0;
         for (uint32_t i = 0; i < c.count; ++i) {
           const uint32_t s = c.path[i];

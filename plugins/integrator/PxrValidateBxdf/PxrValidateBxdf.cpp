@@ -30,23 +30,11 @@ using namespace pxrValidateBxdf;
 struct PxrValidateBxdf {
   using Data = pxrValidateBxdf::Data;
   template <int W>
-  static void check(const Data& k, const Services& sv, const CameraHits& hits, const Context& c, uint32_t part,
-                    float* const rgb[3]) {
+  static void check(const Data& k, const CameraHits& hits, const Context& c, uint32_t part, float* const rgb[3]) {
     GenerateArgs g{};
     EvaluateArgs e{};
     float* u[4];
-    for (float*& x : u) x = hits.floats(c.padded);
-    for (uint32_t i = 0; i < c.padded; i += W) {
-      const Int<W> seed = Int<W>::load(c.sampleSeed + i);
-      const Int<W> sample = Int<W>::load(c.sampleIndex + i) * Int<W>(k.samples) + Int<W>(part);
-      Float<W> a, b;
-      draw2(sv.samples, seed, sample, subSampled(dimensionAt(0) + kDimBxdf, part, k.samples), a, b);
-      a.store(u[0] + i);
-      b.store(u[1] + i);
-      draw2(sv.samples, seed, sample, subSampled(dimensionAt(0) + kDimLobe, part, k.samples), a, b);
-      a.store(u[2] + i);
-      b.store(u[3] + i);
-    }
+    hits.bxdfNumbers<W>(c, part, k.samples, u);
     for (int x = 0; x < 4; ++x) g.u[x] = u[x];
     for (int x = 0; x < 3; ++x) {
       g.wi[x] = hits.floats(c.padded);
@@ -94,7 +82,7 @@ struct PxrValidateBxdf {
   static void integrate(const Data& k, uint32_t, Group& group, const Services& services) {
     const CameraHits hits(&group, &services);
     hits.showAll([&](const Context& c, float* const rgb[3]) {
-      for (uint32_t part = 0; part < k.samples; ++part) check<W>(k, services, hits, c, part, rgb);
+      for (uint32_t part = 0; part < k.samples; ++part) check<W>(k, hits, c, part, rgb);
     });
   }
 };

@@ -20,13 +20,7 @@ std::unique_ptr<Rod> make(const CreateInfo& info) {
 KINORA_KERNELS_BEGIN
 using namespace pxrBlockerLightFilter;
 
-struct PxrBlockerLightFilter {
-  using Data = filterParts::Rod;
-  template <int W>
-  static KN_INLINE Rgb<W> factor(const Data& k, const LitPoint<W>& p) {
-    return rodFactor<W>(k, p);
-  }
-};
+struct PxrBlockerLightFilter : RodFilter {};
 KINORA_KERNELS_END
 
 KINORA_LIGHT_FILTER(

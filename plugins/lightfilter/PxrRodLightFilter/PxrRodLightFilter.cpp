@@ -36,13 +36,7 @@ std::unique_ptr<Rod> make(const CreateInfo& info) {
 KINORA_KERNELS_BEGIN
 using namespace pxrRodLightFilter;
 
-struct PxrRodLightFilter {
-  using Data = filterParts::Rod;
-  template <int W>
-  static KN_INLINE Rgb<W> factor(const Data& k, const LitPoint<W>& p) {
-    return rodFactor<W>(k, p);
-  }
-};
+struct PxrRodLightFilter : RodFilter {};
 KINORA_KERNELS_END
 
 KINORA_LIGHT_FILTER(PxrRodLightFilter, .help = "Changes the light on points within a rounded box of space.",

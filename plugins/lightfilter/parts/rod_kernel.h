@@ -27,6 +27,15 @@ KN_INLINE Rgb<W> rodFactor(const filterParts::Rod& k, const LitPoint<W>& p) {
   return filtered<W>(saturated<W>(rampAt<W>(k.color.ramp, t) * F(k.intensity), k.saturation), within * F(k.density));
 }
 
+// What the filters of such a region are.
+struct RodFilter {
+  using Data = filterParts::Rod;
+  template <int W>
+  static KN_INLINE Rgb<W> factor(const Data& k, const LitPoint<W>& p) {
+    return rodFactor<W>(k, p);
+  }
+};
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinora
 HWY_AFTER_NAMESPACE();

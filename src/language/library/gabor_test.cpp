@@ -53,9 +53,7 @@ void run(Job& j) {
       r[c].v.store(j.out[c][0] + at), r[c].dx.store(j.out[c][1] + at), r[c].dy.store(j.out[c][2] + at);
   }
 }
-#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kRun, run)
 KINORA_KERNELS_END
 
 #if HWY_ONCE

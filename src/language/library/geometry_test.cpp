@@ -171,9 +171,7 @@ void runPlain(Plain& p) {
     b.x.store(p.body[0] + at), b.y.store(p.body[1] + at), b.z.store(p.body[2] + at);
   }
 }
-#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kRun, run)
 #if HWY_TARGET == HWY_AVX2
 constexpr PlainKernel kPlain1 = &runPlain<1>, kPlain8 = &runPlain<8>;
 #endif

@@ -111,9 +111,7 @@ void runInt(int f, uint32_t n, const int32_t* a, const int32_t* b, int32_t* r) {
     z.store(r + i);
   }
 }
-#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kRun, run)
 #if HWY_TARGET == HWY_AVX2
 constexpr KernelInt kRunInt1 = &runInt<1>, kRunInt8 = &runInt<8>;
 #else

@@ -102,9 +102,7 @@ void run(const Job& j) {
       return runHash<2, W>(j);
   }
 }
-#define KN_X(W) [[maybe_unused]] constexpr Kernel kRun##W = &run<W>;
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kRun, run)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
