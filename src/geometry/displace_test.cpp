@@ -163,6 +163,29 @@ TEST(Refine, AFloorToTheHorizonIsCutAsItIsSeen) {
   EXPECT_LT(m.triangleCount(), 400'000u);
 }
 
+// As many as fit, by the rule that was tried step by step before; and nothing that nobody wants.
+TEST(Refine, OfSurfacesThatAreFarTooLarge) {
+  scene::PolygonMesh square;
+  square.verticesPerLoop = {4};
+  for (const double size : {1e3, 1e9, 1e18}) {
+    scene::Primitive p = primitive(square);
+    const float s = float(size);
+    p.primvars.set(points({0, 0, 0, s, 0, 0, s, s, 0, 0, s, 0}));
+    const Mesh flat = made(p);
+    DiceRate rate = edge(1);
+    rate.maxTriangles = 5000;
+    const Mesh m = refined(flat, rate);
+    double steps = size;
+    const auto along = [&] { return std::ceil(std::min(steps - 1e-6, 4096.0)); };
+    while (2 * along() * along() > rate.maxTriangles) steps *= 0.8;
+    EXPECT_EQ(m.triangleCount(), 2 * along() * along()) << size;
+    EXPECT_NEAR(area(m) / (size * size), 1, 1e-5) << size;
+    const std::atomic<bool> stop = true;
+    rate.stop = &stop;
+    EXPECT_EQ(refined(flat, rate).triangleCount(), 0u) << size;
+  }
+}
+
 TEST(Refine, NeverMakesMoreThanItMay) {
   DiceRate rate = displaced(1e-4);
   rate.maxTriangles = 5000;

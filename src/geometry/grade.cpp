@@ -58,7 +58,7 @@ class Grader {
     out_ = verticesOf(base_);
     std::vector<Cell> waiting;
     for (Cell& c : std::exchange(cells_, {})) (isTooUneven(out_, c) ? waiting : cells_).push_back(c);
-    while (!waiting.empty() && cells_.size() + waiting.size() < kMostCells) {
+    while (!waiting.empty() && cells_.size() + waiting.size() < kMostCells && !rate_.isStopped()) {
       std::vector<Cell> parts;
       for (const Cell& c : waiting) split(c, parts);
       waiting.clear();
@@ -155,7 +155,7 @@ class Grader {
   }
   // Cuts what has a neighbour that is cut twice.
   void balance() {
-    for (bool isDone = false; !isDone;) {
+    for (bool isDone = false; !isDone && !rate_.isStopped();) {
       isDone = true;
       std::vector<Cell> next;
       next.reserve(cells_.size());

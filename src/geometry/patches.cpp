@@ -41,9 +41,12 @@ void findPieces(Patches::Side* sides, uint32_t count, AreSmooth&& areSmooth) {
 }  // namespace
 
 Patches::Patches(Mesh mesh, const DiceRate& rate) : mesh_(std::make_shared<Mesh>(std::move(mesh))) {
+  if (rate.isStopped()) return;
   splitIntoQuads();
   mesh_->quadPairs = true;  // faces are listed all the same
+  if (rate.isStopped()) return;
   findEdges(rate);
+  if (rate.isStopped()) return;
   findSites();
 }
 
@@ -96,7 +99,8 @@ void Patches::findEdges(const DiceRate& rate) {
   siteOfVertex_ = places.ofVertex;
   std::unordered_map<uint64_t, uint32_t> numbers;
   std::vector<uint32_t> sidesOf;
-  for (uint32_t p = 0; p < count(); ++p)
+  for (uint32_t p = 0; p < count(); ++p) {
+    if (p % 4096 == 0 && rate.isStopped()) return;
     for (int k = 0; k < 4; ++k) {
       const uint32_t va = vertexOf(p, k), vb = vertexOf(p, (k + 1) % 4), a = siteOfVertex_[va], b = siteOfVertex_[vb];
       const auto [it, isNew] = numbers.try_emplace(pairOf(a, b), uint32_t(edges_.size()));
@@ -115,6 +119,7 @@ void Patches::findEdges(const DiceRate& rate) {
       edges_.push_back(
           {{std::min(a, b), std::max(a, b)}, 0, float(std::ldexp(length, -exponent)), uint8_t(exponent), false});
     }
+  }
   uint32_t at = 0;
   for (size_t e = 0; e < edges_.size(); ++e) {
     edges_[e].firstSide = at;

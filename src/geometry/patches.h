@@ -43,7 +43,7 @@ class Patches {
   };
 
   // `mesh`: of one key, without edges that only some faces have, primvars by vertex (refined()). Faces that are no
-  // quads are cut into quads, with all others. Edges are cut by `rate`.
+  // quads are cut into quads, with all others. Edges are cut by `rate`; where that stops, nothing may be asked of it.
   Patches(Mesh mesh, const DiceRate& rate);
 
   const std::shared_ptr<Mesh>& mesh() const { return mesh_; }

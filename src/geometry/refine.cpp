@@ -23,6 +23,7 @@ namespace {
 
 constexpr int kMostSteps = 4096;  // an edge
 constexpr uint32_t kNone = ~0u;
+constexpr size_t kBetweenStops = 256;  // elements
 
 // A triangle, or the two that are a quad.
 struct Element {
@@ -55,7 +56,10 @@ class Refiner {
     out_.doubleSided = base_.doubleSided;
     out_.bounds = base_.bounds;
     firstAt_.assign(size_t(siteCount_), kNone);
-    for (size_t e = 0; e < elements_.size(); ++e) cut(e);
+    for (size_t e = 0; e < elements_.size(); ++e) {
+      if (e % kBetweenStops == 0 && rate_.isStopped()) break;
+      cut(e);
+    }
     finish();
     return std::move(out_);
   }
@@ -171,6 +175,7 @@ void Refiner::findEdges() {
   constexpr int kLines = 4;
   for (const size_t key : {size_t(0), keys_ - 1})
     for (size_t i = 0; i < elements_.size(); ++i) {
+      if (i % kBetweenStops == 0 && rate_.isStopped()) break;
       const Element& e = elements_[i];
       const auto at = [&](int k) { return point(vertexOf(e, k), key); };
       const auto wish = [&](int k, double segments) {
@@ -246,13 +251,29 @@ double Refiner::estimate() const {
 
 void Refiner::chooseRates() {
   rates_.resize(wanted_.size());
-  for (double scale = 1;; scale *= 0.8) {
+  // The first power of 0.8 that fits, which is looked for by halves: of surfaces that are far too large it is a high
+  // one, and a try looks at millions of edges.
+  const auto fits = [&](int power) {
+    double scale = 1;
+    for (int k = 0; k < power; ++k) scale *= 0.8;
     bool least = true;
     for (size_t e = 0; e < wanted_.size(); ++e) {
-      rates_[e] = int(std::ceil(std::clamp(wanted_[e] * scale - 1e-6, 1.0, double(kMostSteps))));
+      rates_[e] = int(std::ceil(std::clamp(std::min(wanted_[e], 1e300) * scale - 1e-6, 1.0, double(kMostSteps))));
       least &= rates_[e] == 1;
     }
-    if (least || estimate() <= rate_.maxTriangles) break;
+    return least || estimate() <= rate_.maxTriangles;
+  };
+  if (!fits(0)) {
+    int low = 0, high = 1;  // too many; few enough
+    while (!fits(high)) {
+      low = high;
+      high *= 2;
+    }
+    while (high - low > 1) {
+      const int middle = (low + high) / 2;
+      (fits(middle) ? high : low) = middle;
+    }
+    fits(high);
   }
   siteCount_ = places_.count;
   firstSite_.resize(rates_.size());

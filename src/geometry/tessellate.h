@@ -3,6 +3,7 @@
 // displaces nothing and shades nothing, and it keeps nothing between calls.
 #pragma once
 #include <ImathVec.h>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -29,7 +30,10 @@ struct DiceRate {
   double pixelsPerEdge = 1;  // how long an edge is on screen
   // By how much the edge length changes at most, by the length of a way; 0: not known. And the least that it is anywhere.
   double slope = 0, least = 0;
+  // Set: nobody wants the result any more, and what takes long ends early with a part of it. Null: it is wanted.
+  const std::atomic<bool>* stop = nullptr;
 
+  bool isStopped() const { return stop && stop->load(std::memory_order_relaxed); }
   // The edge length at p, or +infinity where the function is missing or gives nothing usable.
   double at(const Imath::V3d& p) const;
 };

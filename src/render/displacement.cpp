@@ -62,6 +62,7 @@ constexpr double kStepsOfPatch = 64;
 constexpr uint64_t kLeastOfPatch = 128;
 // All of a surface without a bound is diced once to find out where it is: no more than this.
 constexpr uint64_t kMostWithoutBound = 200'000'000;
+constexpr int kMostTries = 32;  // for so many
 // Where levels are asked for: of patches that are single micropolygons the boxes overlap, and rays look into many.
 constexpr uint64_t kLeastOfPatchAsked = 3;
 
@@ -375,6 +376,7 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   const geometry::Primvar* normals = mesh.find("N");
   bool isByVertex = normals && normals->rate == Rate::PerVertex;
   for (const geometry::Primvar& v : mesh.primvars) isByVertex &= v.rate != Rate::PerCorner;
+  if (stop && stop->load(std::memory_order_relaxed)) return;
   if (!isDiced)
     if (std::optional<geometry::Mesh> even = geometry::graded(mesh, rate)) mesh = std::move(*even);
   if (!isDiced || mesh.triangleCount() > rate.maxTriangles / 4)
@@ -478,16 +480,21 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   double scale = 1;
   const double bound = boundOf(shape, space, scale);
   double longer = 1;  // than asked for
+  // Each try takes seconds on a large surface, and does not tell how much too fine it is once its patches have as many
+  // steps as they can. Areas tell, but they count the finest place of each face for all of it.
+  constexpr double kDoubt = 64;
+  if (!(bound > 0)) longer = std::max(1.0, std::sqrt(wanted / double(kMostWithoutBound)) / kDoubt);
   geometry::DiceRate finest = rate, coarse = rate;
   finest.edgeLength = [&](const Imath::V3d& p) { return longer * rate.at(p); };
   coarse.edgeLength = [&](const Imath::V3d& p) { return kStepsOfPatch * longer * rate.at(p); };
   std::shared_ptr<geometry::Patches> patches;
   uint64_t triangles = 0, asked = 0;
-  for (;;) {
+  for (int tries = 1;; ++tries) {
     patches = std::make_shared<geometry::Patches>(geometry::refined(base, coarse), finest);
+    if (rate.isStopped()) return nullptr;
     triangles = patches->triangles();
     asked = std::max(asked, triangles);
-    if (bound > 0 || triangles <= kMostWithoutBound || patches->count() >= triangles || longer > 1e6) break;
+    if (bound > 0 || triangles <= kMostWithoutBound || patches->count() >= triangles || tries >= kMostTries) break;
     longer *= std::max(1.5, std::sqrt(double(triangles) / double(kMostWithoutBound)));
   }
   if (!isNeeded && (triangles < rate.maxTriangles || triangles < kLeastOfPatch * patches->count())) return nullptr;

@@ -246,6 +246,10 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
       return kept;  // another camera, another surface: nothing of the content is compared
     }
   }
+  if (rate.isStopped()) {  // all of it is thrown away
+    kept.mesh = std::make_shared<geometry::Mesh>();
+    return kept;
+  }
   std::optional<geometry::Mesh> mesh = geometry::tessellate(*p, rate, diagnostics);
   if (shape.more) {
     std::vector<geometry::Mesh> all;
@@ -306,6 +310,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
     rate.isDisplaced = displacement.moves(i);
     const double pixels = pixelsOf(shape.attributes.get(), rate.isDisplaced);
     rate.pixelsPerEdge = pixels;
+    rate.stop = stop;
     std::atomic<bool> isDiced = false;
     rate.edgeLength = [&](const Imath::V3d& x) {
       if (shape.radiusPixels > 0) return pixels / shape.radiusPixels;  // its look says how it is diced
