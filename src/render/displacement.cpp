@@ -367,7 +367,7 @@ Displacement::Shaded Displacement::shade(size_t shape, uint32_t placement,
 }
 
 void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop,
-                         geometry::Mesh& mesh) const {
+                         geometry::Mesh& mesh, const Found& known) const {
   if (!mesh.triangleCount()) return;
   const auto start = std::chrono::steady_clock::now();
   using Rate = geometry::Primvar::Rate;
@@ -377,10 +377,11 @@ void Displacement::apply(size_t shape, const geometry::DiceRate& rate, const std
   bool isByVertex = normals && normals->rate == Rate::PerVertex;
   for (const geometry::Primvar& v : mesh.primvars) isByVertex &= v.rate != Rate::PerCorner;
   if (stop && stop->load(std::memory_order_relaxed)) return;
-  if (!isDiced)
+  if (!isDiced && !known.triangles)
     if (std::optional<geometry::Mesh> even = geometry::graded(mesh, rate)) mesh = std::move(*even);
   if (!isDiced || mesh.triangleCount() > rate.maxTriangles / 4)
-    if (const double wanted = trianglesOf(mesh, rate); wanted > 4.0 * rate.maxTriangles)
+    if (const double wanted = known.triangles ? *known.triangles : trianglesOf(mesh, rate);
+        wanted > 4.0 * rate.maxTriangles)
       tellOfCoarse(shape, wanted, rate.maxTriangles);
   if (!isDiced || !isByVertex) {
     geometry::DiceRate asItIs;
@@ -466,13 +467,15 @@ bool Displacement::mayHaveLevels(size_t shape) const {
 
 std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, const geometry::DiceRate& rate,
                                                               double pixels, const std::atomic<bool>* stop,
-                                                              geometry::Mesh& mesh) const {
+                                                              geometry::Mesh& mesh, Found& found) const {
   if (mesh.keyCount() > 1 || mesh.isStrand() || !mesh.triangleCount()) return nullptr;
   const bool isAsked = flat_->shapes[shape].attributes->named.getInt("dice:levels", -1) > 0;
   const std::optional<geometry::Mesh> even = geometry::graded(mesh, rate);
   const geometry::Mesh& base = even ? *even : mesh;
   const double wanted = trianglesOf(base, rate);
   const scene::Primitive& p = *flat_->shapes[shape].primitive;
+  // polygons are the same faces again; where they are even no grading has to be made
+  if (!even && std::holds_alternative<scene::PolygonMesh>(p.shape)) found.triangles = wanted;
   // makers of grids do not follow rates that differ so much over one of theirs
   const bool isNeeded = isAsked || (even && isDicedByMaker(p));
   if (!isNeeded && wanted < double(rate.maxTriangles)) return nullptr;

@@ -4,6 +4,7 @@
 #pragma once
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "base/file_contents.h"
@@ -41,14 +42,22 @@ class Displacement {
   bool moves(size_t shape) const { return !materialOf_.empty() && materialOf_[shape] != shade::MaterialSet::kNone; }
   // Of all that decides where its vertices go to, beside its own fields.
   Digest digestOf(size_t shape) const;
-  // The displaced surface of a shape that moves, from its tessellation with uniform keys. `stop`: may end it early.
-  void apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop, geometry::Mesh& mesh) const;
+  // What levelled() found of a shape's faces, so that apply() need not look again.
+  struct Found {
+    std::optional<double> triangles;  // that they would be cut into, evenly as they are; none: not known
+  };
+  // The displaced surface of a shape that moves, from its tessellation with uniform keys. `stop`: may end it early;
+  // `known`: of the same faces, at the same rate.
+  void apply(size_t shape, const geometry::DiceRate& rate, const std::atomic<bool>* stop, geometry::Mesh& mesh,
+             const Found& known) const;
   // Whether a shape's surface may be diced on demand: what it is, its rate and its attributes allow it.
   bool mayHaveLevels(size_t shape) const;
   // The surface of a shape that moves, diced where rays ask, from its tessellation as if it were not displaced, with one
-  // key. pixels: length of a micropolygon's edge for the camera. Null: it is small enough to be diced at once, and `mesh` is as it was.
+  // key. pixels: length of a micropolygon's edge for the camera. Null: it is small enough to be diced at once, and `mesh` is as it
+  // was.
   std::shared_ptr<const LevelledSurface> levelled(size_t shape, const geometry::DiceRate& rate, double pixels,
-                                                  const std::atomic<bool>* stop, geometry::Mesh& mesh) const;
+                                                  const std::atomic<bool>* stop, geometry::Mesh& mesh,
+                                                  Found& found) const;
   // Holds what is diced on demand; it lives as long as this.
   trace::GeometryCache& cache() const { return *cache_; }
   const LevelCounters& levelCounters() const { return *levelCounters_; }

@@ -231,6 +231,7 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
     asInherited.attributes = shape.attributes;
     p = &asInherited;
   }
+  Displacement::Found found;
   if (!shape.more && p->motion.empty() && displacement.mayHaveLevels(index)) {
     geometry::DiceRate flat = rate;
     flat.isDisplaced = false;
@@ -239,7 +240,8 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
       flat.edgeLength = [&rate](const Imath::V3d& x) { return kCoarserQuadric * rate.at(x); };
     Diagnostics unheard([](const std::string&, Severity) {});  // it is made once more where it has no levels
     std::optional<geometry::Mesh> base = geometry::tessellate(*p, flat, unheard);
-    if (base) kept.levels = displacement.levelled(index, rate, pixelsOf(shape.attributes.get(), true), stop, *base);
+    if (base)
+      kept.levels = displacement.levelled(index, rate, pixelsOf(shape.attributes.get(), true), stop, *base, found);
     if (kept.levels) {
       kept.mesh = kept.levels->patches()->mesh();
       kept.isDiced = isDiced;
@@ -261,7 +263,7 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
     if (!all.empty()) mesh = geometry::joined(all);
   }
   if (mesh) uniformKeys(*mesh, camera.shutterOpen, camera.shutterClose);
-  if (mesh && rate.isDisplaced) displacement.apply(index, rate, stop, *mesh);
+  if (mesh && rate.isDisplaced) displacement.apply(index, rate, stop, *mesh, found);
   if (mesh && shape.isBaked && (mesh->origin != Imath::V3d(0) || p->toWorld.matrices[0] != scene::Matrix()))
     trace::bake(*mesh, p->toWorld.matrices[0]);
   kept.mesh = std::make_shared<geometry::Mesh>(mesh ? std::move(*mesh) : geometry::Mesh());

@@ -7,6 +7,7 @@
 
 #include "image/read_write.h"
 #include "rib/reader.h"
+#include "tests/support/rib_shapes.h"
 
 namespace kinora::tests {
 
@@ -46,7 +47,7 @@ void SceneFolder::write(const std::string& file, const std::string& text) const 
 }
 
 scene::Scene sceneWithEverything(const SceneFolder& folder, Diagnostics& diagnostics) {
-  static const char* const kText = R"(
+  static const std::string kText = std::string(R"(
 Option "limits" "int gridsize" [64]
 Format 20 14 1
 PixelFilter "gaussian" 2 2
@@ -91,17 +92,8 @@ AttributeBegin
   Attribute "identifier" "string name" ["cage"]
   Translate -1.5 0.4 0
   Scale 0.6 0.6 0.6
-  SubdivisionMesh "catmull-clark" [4 4 4 4 4] [0 1 3 2  2 3 5 4  4 5 7 6  1 7 5 3  6 0 2 4]
-    ["interpolateboundary" "crease" "corner"] [1 0 2 1 1 1] [2 0 1 3] [2.5 1.5]
-    "P" [-1 -1 1  1 -1 1  -1 1 1  1 1 1  -1 1 -1  1 1 -1  -1 -1 -1  1 -1 -1]
-AttributeEnd
-AttributeBegin
-  Attribute "identifier" "string name" ["hair"]
-  Bxdf "PxrDiffuse" "dull" "color diffuseColor" [0.3 0.3 0.3]
-  Basis "b-spline" 1 "b-spline" 1
-  Curves "cubic" [5] "nonperiodic" "P" [-2 0 0  -1 1 0  0 1 0  1 1 0  2 0 0] "constant float constantwidth" [0.2]
-AttributeEnd
-AttributeBegin
+)") + kCreasedCage + "AttributeEnd\n" +
+                                   kHair + R"(AttributeBegin
   Attribute "identifier" "string name" ["floor"]
   Attribute "visibility" "int indirect" [1]
   Attribute "user" "float wear" [0.1]

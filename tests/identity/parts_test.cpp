@@ -12,13 +12,14 @@
 #include "plugin/registry.h"
 #include "render/renderer.h"
 #include "rib/reader.h"
+#include "tests/support/rib_shapes.h"
 
 namespace kinora {
 namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kScene = R"(# a bit of everything
+const std::string kScene = std::string(R"(# a bit of everything
 Option "limits" "int gridsize" [64]
 Option "searchpath" "string texture" [".:@"]
 Option "statistics" "int endofframe" [0]
@@ -49,17 +50,8 @@ AttributeBegin
   Attribute "identifier" "string name" ["cage"]
   Sides 2
   Orientation "outside"
-  SubdivisionMesh "catmull-clark" [4 4 4 4 4] [0 1 3 2  2 3 5 4  4 5 7 6  1 7 5 3  6 0 2 4]
-    ["interpolateboundary" "crease" "corner"] [1 0 2 1 1 1] [2 0 1 3] [2.5 1.5]
-    "P" [-1 -1 1  1 -1 1  -1 1 1  1 1 1  -1 1 -1  1 1 -1  -1 -1 -1  1 -1 -1]
-AttributeEnd
-AttributeBegin
-  Attribute "identifier" "string name" ["hair"]
-  Bxdf "PxrDiffuse" "dull" "color diffuseColor" [0.3 0.3 0.3]
-  Basis "b-spline" 1 "b-spline" 1
-  Curves "cubic" [5] "nonperiodic" "P" [-2 0 0  -1 1 0  0 1 0  1 1 0  2 0 0] "constant float constantwidth" [0.2]
-AttributeEnd
-AttributeBegin
+)") + tests::kCreasedCage + "AttributeEnd\n" +
+                           tests::kHair + R"(AttributeBegin
   Attribute "identifier" "string name" ["floor"]
   Attribute "visibility" "int indirect" [1]
   Bxdf "PxrDiffuse" "lined" "reference color diffuseColor" ["lines:resultRGB"]

@@ -12,6 +12,7 @@
 #include <new>
 #include <string>
 #include <vector>
+#include "tests/probes/corner.h"
 #include "tests/probes/probe_support.h"
 #include <kinora/simd/foreach_target.h>
 #include <kinora/integrator.h>
@@ -299,7 +300,6 @@ const Descriptor kLightTracer{kAbiVersion,
 
 constexpr int kSide = 48, kTile = 8, kSeeds = 20;
 
-// A corner of a room with a block and a ball; the lights are not seen by the camera.
 std::string room(const std::string& lights, const std::string& floor, const std::string& ball) {
   return R"(
 Hider "raytrace" "int maxsamples" [16]
@@ -307,30 +307,7 @@ Display "probe.exr" "openexr" "Ci,a,directDiffuse"
 DisplayChannel "color directDiffuse"
 Format 48 48 1
 PixelFilter "box" 1 1
-Projection "perspective" "fov" [40]
-Translate 0 -0.8 3.2
-WorldBegin
-  AttributeBegin
-    Attribute "visibility" "int camera" [0]
-)" + lights +
-         R"(
-  AttributeEnd
-  AttributeBegin
-    )" + floor +
-         R"(
-    Polygon "vertex point P" [-1.5 0 0  1.5 0 0  1.5 0 2  -1.5 0 2]
-  AttributeEnd
-  Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
-  Polygon "vertex point P" [-1.5 0 2  1.5 0 2  1.5 2 2  -1.5 2 2]
-  Polygon "vertex point P" [-1.5 0 0  -1.5 0 2  -1.5 2 2  -1.5 2 0]
-  AttributeBegin
-    )" + ball +
-         R"(
-    Translate 0.4 0.45 1.1
-    Sphere 0.4 -0.4 0.4 360
-  AttributeEnd
-WorldEnd
-)";
+)" + corner(lights, floor, ball);
 }
 const char* const kGrey = R"(Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.6 0.6 0.7])";
 const char* const kGlossy =

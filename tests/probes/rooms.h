@@ -1,7 +1,8 @@
-// Rooms of 32 x 32 pixels in which integrators are compared: a corner with a floor, a wall, a ball and whatever a test
-// adds, under lights of every kind. The lights are not seen by the camera.
+// Rooms of 32 x 32 pixels in which integrators are compared: a corner with a glossy floor, under lights of every kind.
 #pragma once
 #include <string>
+
+#include "tests/probes/corner.h"
 
 namespace kinora::probes {
 
@@ -15,36 +16,13 @@ Format 32 32 1
 PixelFilter "box" 1 1
 )";
 
-// A corner of a room with a floor, a wall, a ball and whatever a test adds.
+inline const char* const kGlossyFloor =
+    R"(Bxdf "PxrSurface" "floor" "color diffuseColor" [0.4 0.4 0.45] "int specularFresnelMode" [1]
+      "color specularEdgeColor" [1 1 1] "color specularIor" [1.6 1.6 1.6] "int specularModelType" [1] "float specularRoughness" [0.4])";
+
 inline std::string room(const std::string& lights, const std::string& ball, const std::string& camera = "",
                         const std::string& more = "") {
-  return kShown + std::string("Shutter 0 1\n") + camera +
-         R"(
-Projection "perspective" "fov" [40]
-Translate 0 -0.8 3.2
-WorldBegin
-  AttributeBegin
-    Attribute "visibility" "int camera" [0]
-)" + lights +
-         R"(
-  AttributeEnd
-  AttributeBegin
-    Bxdf "PxrSurface" "floor" "color diffuseColor" [0.4 0.4 0.45] "int specularFresnelMode" [1]
-      "color specularEdgeColor" [1 1 1] "color specularIor" [1.6 1.6 1.6] "int specularModelType" [1] "float specularRoughness" [0.4]
-    Polygon "vertex point P" [-1.5 0 0  1.5 0 0  1.5 0 2  -1.5 0 2]
-  AttributeEnd
-  Bxdf "PxrDiffuse" "wall" "color diffuseColor" [0.7 0.6 0.5]
-  Polygon "vertex point P" [-1.5 0 2  1.5 0 2  1.5 2 2  -1.5 2 2]
-  Polygon "vertex point P" [-1.5 0 0  -1.5 0 2  -1.5 2 2  -1.5 2 0]
-  AttributeBegin
-    Attribute "identifier" "string lpegroup" ["ball"]
-    )" + ball +
-         R"(
-    Translate 0.4 0.45 1.1
-    Sphere 0.4 -0.4 0.4 360
-  AttributeEnd
-)" + more +
-         "WorldEnd\n";
+  return kShown + std::string("Shutter 0 1\n") + camera + corner(lights, kGlossyFloor, ball, more);
 }
 inline const char* const kGrey = R"(Bxdf "PxrDiffuse" "grey" "color diffuseColor" [0.6 0.6 0.7])";
 inline const char* const kGlass = R"(Bxdf "PxrSurface" "glass" "float diffuseGain" [0] "float refractionGain" [1]
