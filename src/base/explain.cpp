@@ -22,7 +22,7 @@ const Explanation* Explanations::find(std::string_view code) const {
     for (const Explanation& e : table) {
       if (sameWithoutCase(e.code, code)) return &e;
       if (e.code.ends_with('-') && code.size() > e.code.size() &&
-          sameWithoutCase(e.code, code.substr(0, e.code.size())))
+          sameWithoutCase(e.code, code.substr(0, e.code.size())) && (!family || e.code.size() > family->code.size()))
         family = &e;
     }
   return family;

@@ -8,7 +8,7 @@
 namespace kinora {
 
 struct Explanation {
-  std::string_view code;  // "RIB-SYNTAX"; a code that ends in '-' explains all codes that begin with it ("RIB-KEPT-")
+  std::string_view code;  // "RIB-SYNTAX"; one that ends in '-' explains all that begin with it ("RIB-KEPT-")
   std::string_view text;  // a paragraph or more: what it means, what was done, what to try
 };
 
