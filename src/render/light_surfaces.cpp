@@ -76,7 +76,7 @@ std::shared_ptr<const geometry::Mesh> LightSurfaces::displaced(size_t shape, con
   rate.isDisplaced = true;
   std::optional<geometry::Mesh> mesh = geometry::tessellate(primitive, rate, tools.diagnostics);
   if (!mesh) return nullptr;
-  displacement_.apply(shape, rate, stop, *mesh);
+  displacement_.apply(shape, rate, stop, *mesh, {});
   return std::make_shared<const geometry::Mesh>(std::move(*mesh));
 }
 

@@ -90,7 +90,7 @@ void SurfacePoints::rest(float* const Po[3], float* scale) {
   // strands that are not baked are where they began: P knows of the step, that does not
   for (uint32_t i = 0; shift_[0] && a.strand && i < a.n; ++i) {
     if (!a.strand[i] || a.world->world->instance(a.at.instance[i]).baked) continue;
-    trace::Affine back = a.toRender(i).inverse();
+    trace::Affine back = a.world->world->objectToRender(a.at.instance[i], a.time[i]).inverse();
     for (float& x : back.t) x = 0;
     float step[3], own[3];
     for (int k = 0; k < 3; ++k) step[k] = shift_[0][i] * edge(0)[k][i] + shift_[1][i] * edge(1)[k][i];
