@@ -90,7 +90,7 @@ std::vector<std::pair<int, int>> Frame::passes(int first, int last, int most) {
   while (a < last) {
     // ends on powers of two while small, so that snapshots and adaptive decisions fall on the same counts however a
     // frame is split
-    int size = a == 0 ? 1 : a < 16 ? a : 16;
+    int size = a == 0 ? 1 : std::min(a, kMostSamplesOfPass);
     while (most > 0 && size > most) size /= 2;
     const int b = std::min(last, (a / size + 1) * size);
     r.emplace_back(a, b);
@@ -103,7 +103,7 @@ int Frame::passSamplesOf(const Descriptor& integrator, const void* data) {
   const auto* traits = static_cast<const IntegratorTraits*>(integrator.traits);
   RecordList lists[16];
   if (!traits || !traits->lists || !traits->lists(data, lists, 16)) return 0;
-  return int(std::bit_floor(std::min(traits->passSamples, 16u)));
+  return int(std::bit_floor(std::min(traits->passSamples, uint32_t(kMostSamplesOfPass))));
 }
 
 Frame::Frame(const FrameInput& input) : in_(input), times_(std::make_unique<Times>()) {

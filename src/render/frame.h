@@ -56,6 +56,7 @@ class Frame {
   ~Frame();
   // Renders one range of sample indices; false when stopped before all of it was done.
   bool pass(int first, int last);
+  static constexpr int kMostSamplesOfPass = 16;
   // Ranges of the passes: 1, 1, 2, 4, 8, then 16 at a time; never more than `most` (0: no bound).
   static std::vector<std::pair<int, int>> passes(int first, int last, int most = 0);
   // That bound for an integrator, as a power of two.

@@ -226,6 +226,26 @@ TEST(GeometryLevels, BitsAreTheSameForAnyCacheThreadWidthAndGroup) {
   }
 }
 
+// Seven more samples come in one pass, which makes what it needs about as often as the first one; passes of 1, 2 and 4
+// would make it once each.
+TEST(GeometryLevels, PassesAreLongWhereTheCacheIsCrowded) {
+  const std::string floor =
+      levels(1, ".15") + kBumps + "PointsPolygons [4] [0 1 2 3] " + "\"P\" [-3 -1 0  -3 -1 6  3 -1 6  3 -1 0]";
+  const auto requestWith = [&](int samples, uint64_t cache) {
+    RenderRequest r = requestOf(floor, 64, samples, 0, "Projection \"perspective\" \"fov\" [60]\nTranslate 0 0 2");
+    r.settings.threads = 1;
+    r.settings.geometryCacheBytes = cache;
+    return r;
+  };
+  SceneRender one(requestWith(1, 150'000)), eight(requestWith(8, 150'000)), large(requestWith(8, 1 << 30));
+  ASSERT_TRUE(eight.ok());
+  const auto made = [](SceneRender& r) { return r.renderer().statistics().geometry.made; };
+  ASSERT_GT(made(one), 50u);
+  EXPECT_LT(double(made(eight)), 2.8 * double(made(one)));
+  EXPECT_GT(double(made(eight)), 1.3 * double(made(one)));  // the cache is crowded
+  EXPECT_EQ(hashOf(eight.film()), hashOf(large.film()));
+}
+
 TEST(GeometryLevels, BadInputIsTold) {
   const std::string camera = "Projection \"perspective\" \"fov\" [40]\nTranslate 0 0 5", ball = "Sphere 1 -1 1 360";
   SceneRender plain(requestOf(ball, 32, 4, 0, camera));
