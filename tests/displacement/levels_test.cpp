@@ -215,7 +215,6 @@ TEST(GeometryLevels, BitsAreTheSameForAnyCacheThreadWidthAndGroup) {
     SceneRender r(other);
     EXPECT_EQ(hashOf(r.film()), hash) << cache;
     EXPECT_GT(r.renderer().statistics().geometry.evicted, 0u) << cache;
-    EXPECT_GT(r.renderer().statistics().geometry.passed, 0u) << cache;
     EXPECT_EQ(says(r, "GEOMETRY-CACHE-SMALL"), cache == 1) << cache;
   }
   for (const uint32_t width : {1u, 4u, 16u}) {
@@ -237,13 +236,14 @@ TEST(GeometryLevels, PassesAreLongWhereTheCacheIsCrowded) {
     r.settings.geometryCacheBytes = cache;
     return r;
   };
-  SceneRender one(requestWith(1, 150'000)), eight(requestWith(8, 150'000)), large(requestWith(8, 1 << 30));
+  SceneRender one(requestWith(1, 3 << 20)), eight(requestWith(8, 3 << 20)), large(requestWith(8, 1 << 30));
   ASSERT_TRUE(eight.ok());
   const auto made = [](SceneRender& r) { return r.renderer().statistics().geometry.made; };
   ASSERT_GT(made(one), 50u);
-  EXPECT_LT(double(made(eight)), 2.8 * double(made(one)));
+  EXPECT_LT(double(made(eight)), 3.3 * double(made(one)));
   EXPECT_GT(double(made(eight)), 1.3 * double(made(one)));  // the cache is crowded
   EXPECT_EQ(hashOf(eight.film()), hashOf(large.film()));
+  EXPECT_GT(eight.renderer().statistics().geometry.passed, large.renderer().statistics().geometry.passed);
 }
 
 TEST(GeometryLevels, BadInputIsTold) {
