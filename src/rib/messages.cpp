@@ -124,7 +124,10 @@ constexpr Explanation kExplanations[] = {
      "A transform cannot be inverted (a scale of 0), or holds nan or infinity, or all transforms together grow "
      "beyond all numbers. The "
      "identity is used in its place, or the transform is ignored."},
-    {"RIB-COORDSYS", "CoordSysTransform names a coordinate system that was not marked by CoordinateSystem before."},
+    {"RIB-COORDSYS",
+     "CoordSysTransform names a coordinate system that was not marked by CoordinateSystem before, or one that "
+     "ScopedCoordinateSystem marked in a scope that has ended. Or two scopes gave theirs one name: patterns "
+     "know the first."},
     {"RIB-NESTING",
      "Blocks are not balanced: an end without its begin is ignored; a block left open inside another is closed where "
      "the outer one "
