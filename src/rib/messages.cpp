@@ -187,7 +187,7 @@ constexpr Explanation kExplanations[] = {
      "and shapes by name move by their transforms alone."},
     {"RIB-CONDITION",
      "The expression of IfBegin or ElseIf cannot be evaluated: it is not well formed, or a name in it is not "
-     "defined. It counts as "
+     "defined (attributes and options have the values that hold where nobody says them). It counts as "
      "false. defined(name) asks whether a name is defined."},
     {"RIB-OPTION-IN-WORLD",
      "Options (format, displays, integrator, hider, cameras ...) are frozen at WorldBegin. One that stands inside "
