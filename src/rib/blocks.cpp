@@ -152,6 +152,7 @@ void Interpreter::worldBegin(Request& r) {
   procedurals_ = nullptr;
   lookedInto_ = 0;
   worldPrototypes_ = nullptr;
+  onlyScoped_.clear();
   worldSources_ = sources_.size();
   innerWorlds_.clear();
   innerFrames_.clear();

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "rib/archive_search.h"
 #include "rib/condition.h"
+#include "rib/named_values.h"
 
 namespace kinora::rib {
 
@@ -339,28 +340,33 @@ void Interpreter::mapDirectories(Request& r) {
   }
 }
 
-// "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust:
-// attribute, option.
+// "user:pass", "Option:limits:gridsize", "Frame", or a variable of the environment, in this order of trust: attribute,
+// option, what holds where nothing was said. Bare names are those of users and of requests.
 std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
   const bool optionOnly = name.starts_with("Option:"), attributeOnly = name.starts_with("Attribute:");
   if (optionOnly) name.remove_prefix(7);
   if (attributeOnly) name.remove_prefix(10);
-  const std::string asUser = "user:" + std::string(name);
-  for (const std::string_view n : {name, std::string_view(asUser)}) {
+  const bool isBare = name.find(':') == std::string_view::npos;
+  const std::string asUser = "user:" + std::string(name), asRequest = (isBare ? "Ri:" : "") + std::string(name);
+  const scene::Scene& options = world_ ? *world_ : frame_.options;
+  const scene::Camera& camera = world_ && !world_->cameras.empty() ? world_->cameras[0] : frame_.camera;
+  const bool isMirrored = std::as_const(state_.ctm).matrices[0].determinant() < 0;
+  for (const std::string_view n : {name, std::string_view(asUser), std::string_view(asRequest)}) {
     if (!optionOnly) {
-      if (const auto* p = std::as_const(*state_.attributes).named.find(n)) return plainText(*p);
+      if (auto v = attributeValue(n, *state_.attributes, isMirrored)) return v;
       // objects begin without attributes, but may ask for those around them
       for (size_t i = blocks_.size(); i-- > 0;)
         if (blocks_[i].kind == BlockKind::Object)
-          if (const auto* p = std::as_const(*blocks_[i].state->attributes).named.find(n)) return plainText(*p);
+          if (auto v = attributeValue(n, *blocks_[i].state->attributes, isMirrored)) return v;
     }
     if (!attributeOnly)
-      if (const auto* p = (world_ ? *world_ : frame_.options).options.find(n)) return plainText(*p);
+      if (auto v = optionValue(n, options, camera)) return v;
   }
-  if ((name == "Frame" || name == "Ri:Frame") && frame_.options.hasFrame) return std::to_string(frame_.options.frame);
-  if (name.find(':') == std::string_view::npos && !optionOnly && !attributeOnly)
+  if (isBare && !optionOnly && !attributeOnly)
     if (const char* v = std::getenv(std::string(name).c_str())) return std::string(v);
-  return std::nullopt;
+  if (!optionOnly)
+    if (auto v = usualAttribute(asRequest)) return v;
+  return attributeOnly ? std::nullopt : usualOption(asRequest);
 }
 
 void Interpreter::reportKept(const Request& r) {

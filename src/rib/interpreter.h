@@ -108,6 +108,7 @@ class Interpreter {
     Declarations declarations;
     FrameState frame;
     scene::Scene world;  // its options, cameras and coordinate systems
+    std::set<std::string> onlyScoped;
     std::map<std::string, scene::NetworkPtr> materials;
     std::map<std::string, State> resources;
     std::unordered_map<std::string, uint32_t> lightSourceOf, prototypeByHandle;
@@ -337,6 +338,8 @@ class Interpreter {
   size_t tooDeep_ = 0;  // blocks begun beyond the limit, not opened
   FrameState frame_;
   std::optional<scene::Scene> world_;
+  // Coordinate systems of the world that a scope alone named: there for patterns, which know no scopes.
+  std::set<std::string> onlyScoped_;
   size_t worldSources_ = 0;                  // how many files were being read when it began
   std::vector<size_t> innerWorlds_;          // the same of worlds that archives began inside it
   std::vector<size_t> innerFrames_;          // ... and of frames

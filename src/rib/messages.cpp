@@ -124,7 +124,10 @@ constexpr Explanation kExplanations[] = {
      "A transform cannot be inverted (a scale of 0), or holds nan or infinity, or all transforms together grow "
      "beyond all numbers. The "
      "identity is used in its place, or the transform is ignored."},
-    {"RIB-COORDSYS", "CoordSysTransform names a coordinate system that was not marked by CoordinateSystem before."},
+    {"RIB-COORDSYS",
+     "CoordSysTransform names a coordinate system that was not marked by CoordinateSystem before, or one that "
+     "ScopedCoordinateSystem marked in a scope that has ended. Or two scopes gave theirs one name: patterns "
+     "know the first."},
     {"RIB-NESTING",
      "Blocks are not balanced: an end without its begin is ignored; a block left open inside another is closed where "
      "the outer one "
@@ -184,7 +187,7 @@ constexpr Explanation kExplanations[] = {
      "and shapes by name move by their transforms alone."},
     {"RIB-CONDITION",
      "The expression of IfBegin or ElseIf cannot be evaluated: it is not well formed, or a name in it is not "
-     "defined. It counts as "
+     "defined (attributes and options have the values that hold where nobody says them). It counts as "
      "false. defined(name) asks whether a name is defined."},
     {"RIB-OPTION-IN-WORLD",
      "Options (format, displays, integrator, hider, cameras ...) are frozen at WorldBegin. One that stands inside "

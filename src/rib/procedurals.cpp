@@ -248,6 +248,7 @@ class Interpreter::DelayedArchive final : public scene::ProceduralSource {
       for (const auto& [handle, node] : *map) (*block.nodes)[handle] = node;
     in.blocks_.push_back(std::move(block));
     in.world_ = from.world;
+    in.onlyScoped_ = from.onlyScoped;
   }
 
   std::shared_ptr<const Surroundings> around_;
@@ -267,6 +268,7 @@ std::shared_ptr<const Interpreter::Surroundings> Interpreter::surroundings() {
   s->world.options = world_->options;
   s->world.cameras = world_->cameras;
   s->world.coordinateSystems = world_->coordinateSystems;
+  s->onlyScoped = onlyScoped_;
   s->materials = materials_;
   s->resources = resources_;
   s->lightSourceOf = lightSourceOf_;

@@ -98,6 +98,10 @@ ObjectBegin "mesh"
 PointsPolygons [3 3] [0 1 2 1 2 3] "P" [0 0 0 1 0 0 0 1 0 1 1 0]
 ObjectEnd
 AttributeBegin
+Translate 7 7 7
+ScopedCoordinateSystem "over"
+AttributeEnd
+AttributeBegin
 Translate 1 2 3
 CoordinateSystem "here"
 Attribute "user" "string name" ["ann"]
@@ -125,7 +129,7 @@ Polygon "P" [0 0 0 1 0 0 1 1 0] "mine" [1 0 0 0 1 0 0 0 1]
 ReadArchive "inline"
 ObjectInstance "thing"
 AttributeBegin
-CoordSysTransform "here"
+CoordSysTransform "here" CoordSysTransform "over"
 Translate 0 0 1
 Sphere 1 -1 1 360
 Procedural "DelayedReadArchive" ["more/b.rib"] [-1 1 -1 1 -1 1]
@@ -157,6 +161,7 @@ ObjectInstance "thing"
   std::sort(delayed.things.begin(), delayed.things.end());
   EXPECT_EQ(delayed.things, atOnce.things);
   EXPECT_EQ(atOnce.things.size(), 15u);
+  EXPECT_NE(delayed.said.find("a.rib:7: error RIB-COORDSYS"), std::string::npos) << delayed.said;
   // the block that a.rib leaves open ends with it, and is named
   EXPECT_NE(delayed.said.find("a.rib:17: error RIB-NESTING"), std::string::npos) << delayed.said;
   std::filesystem::remove_all(folder);

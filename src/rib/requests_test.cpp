@@ -129,6 +129,100 @@ WorldEnd)rib");
   EXPECT_EQ(r.primitive(1).attributes->named.getString("identifier:name", ""), "n0.3_1234567891");
 }
 
+// One sphere a condition, its radius the condition's place from 1; those that are false are missing.
+void expectTrue(const std::string& options, const std::string& attributes, const std::vector<std::string>& conditions,
+                const std::string& end = "") {
+  std::string text = options + "\nWorldBegin\n" + attributes + "\n";
+  for (size_t i = 0; i < conditions.size(); ++i) {
+    const std::string radius = std::to_string(i + 1);
+    text += "IfBegin \"" + conditions[i] + "\"\nSphere " + radius + " -1 1 360\nIfEnd\n";
+  }
+  const Read r = readRib(text + "WorldEnd\n" + end);
+  expectClean(r);
+  size_t next = 0;
+  for (size_t i = 0; i < conditions.size(); ++i) {
+    const bool isThere =
+        next < r.world().primitives.size() && std::get<Quadric>(r.primitive(next).shape).args[0] == float(i + 1);
+    EXPECT_TRUE(isThere) << conditions[i] << " after " << options << attributes;
+    next += isThere;
+  }
+}
+
+TEST(Conditions, ReadWhatRequestsSet) {
+  expectTrue(
+      "Format 8 6 2 PixelVariance .02 FrameAspectRatio 1 PixelFilter \"box\" 1 3 CropWindow 0 .5 0 1 Shutter 0 .5 "
+      "ScreenWindow -2 2 -1 1 Clipping .1 100 PixelSamples 4 2 Exposure 2 1",
+      "Color 1 .2 3 Opacity .5 .5 .5 Sides 1 Matte 1 Orientation \"lh\" ReverseOrientation ShadingRate 4 "
+      "ShadingInterpolation \"constant\" TextureCoordinates 0 1 2 3 4 5 6 7",
+      {"$Ri:FormatResolution == [8 6]",
+       "$Option:Ri:FormatResolution == [8 6]",
+       "$Ri:FormatPixelAspectRatio == 2",
+       "$Ri:PixelVariance == .02",
+       "$Ri:FrameAspectRatio == 1",
+       "$Ri:PixelFilterName == 'box'",
+       "$Ri:PixelFilterWidth == [1 3]",
+       "$Ri:CropWindow == [0 .5 0 1]",
+       "$Ri:Shutter == [0 .5]",
+       "$Ri:ScreenWindow == [-2 2 -1 1]",
+       "$Ri:Clipping == [.1 100]",
+       "$Ri:PixelSamples == [4 2]",
+       "$Ri:Exposure == [2 1]",
+       "$Ri:Color == [1 .2 3]",
+       "$Color == [1 .2 3]",
+       "$Ri:Opacity == [.5 .5 .5]",
+       "$Attribute:Ri:Sides == 1",
+       "$Ri:Matte == 1",
+       "$Ri:Orientation == 'lh'",
+       "$Ri:ReverseOrientation == 1",
+       "$Ri:ShadingRate == 4",
+       "$Ri:ShadingInterpolation == 'constant'",
+       "$Ri:TextureCoordinates == [0 1 2 3 4 5 6 7]",
+       "!defined(Ri:Frame) && !defined(Attribute:Ri:FormatResolution) && !defined(Option:Ri:Sides)"});
+  expectTrue("FrameBegin 3", "", {"$Ri:Frame == 3", "$Frame == 3"}, "FrameEnd");
+}
+
+// Whichever of a request and the list of its group came last.
+TEST(Conditions, RequestsAndListsSetTheSame) {
+  expectTrue("Option \"Ri\" \"int[2] FormatResolution\" [8 8] \"float PixelVariance\" [1] Format 4 2 1",
+             "Attribute \"Ri\" \"int Sides\" [1] \"int Matte\" [1] Sides 2",
+             {"$Ri:FormatResolution == [4 2]", "$Ri:PixelVariance == 1", "$Ri:Sides == 2", "$Ri:Matte == 1"});
+  expectTrue("Format 4 2 1 Option \"Ri\" \"int[2] FormatResolution\" [8 8] \"int Frame\" [7]",
+             "Sides 1 Attribute \"Ri\" \"int Sides\" [2] \"string Orientation\" [\"rh\"] Scale -1 1 1",
+             {"$Ri:FormatResolution == [8 8]", "$Ri:Frame == 7", "$Frame == 7", "$Ri:Sides == 2",
+              "$Ri:Orientation == 'lh'"});
+}
+
+TEST(Conditions, ReadWhatHoldsWhereNothingIsSaid) {
+  expectTrue("Format 200 100 1", "",
+             {"$visibility:camera == 1",
+              "$identifier:name == ''",
+              "$dice:micropolygonlength == 1",
+              "$trace:bias == .01",
+              "$Ri:Sides == 2",
+              "$Ri:Orientation == 'outside'",
+              "$Ri:Color == [1 1 1]",
+              "$limits:bucketsize == [16 16]",
+              "$shutter:offset == 0",
+              "$Ri:CropWindow == [0 1 0 1]",
+              "$Ri:ScreenWindow == [-2 2 -1 1]",
+              "$Ri:FrameAspectRatio == -1",
+              "$Ri:PixelFilterName == 'gaussian'",
+              "$lighting:minimumestimate == 1e-6",
+              "$dice:offscreenmultiplier == -1",
+              "$Option:dice:offscreenmultiplier == 1",
+              "$lpe:specular4 == 'Clearcoat' && $lpe:user12 == ''",
+              "$grouping:id == 0",
+              "!defined(visibility:nothing) && !defined(visibility) && !defined(nothing:camera)",
+              "!defined(Option:visibility:camera) && !defined(Attribute:limits:bucketsize)"});
+  expectTrue("", "Attribute \"visibility\" \"int camera\" [0]", {"$visibility:camera == 0"});
+  // an object's own come first, then those around it
+  const Read r = readWorld(
+      "Sides 1 Color 1 0 0\nObjectBegin \"o\"\nColor 0 1 0\nIfBegin \"$Ri:Sides == 1 && $Ri:Color == [0 1 0] && "
+      "$Ri:Matte == 0\"\nSphere 1 -1 1 360\nIfEnd\nObjectEnd\nObjectInstance \"o\"");
+  expectClean(r);
+  EXPECT_EQ(r.world().prototypes.at(0).primitives.size(), 1u);
+}
+
 // A terminal whose patterns are missing yet does not come back after a restore.
 TEST(Resources, ShadingReplacesWhatWaitsForPatterns) {
   const Read r = readWorld(R"(Bxdf "A" "a"

@@ -105,6 +105,29 @@ WorldEnd)");
   EXPECT_EQ(inside.at("c").matrices[0][3][1], 3);
 }
 
+// A scope's name ends with it for CoordSysTransform, and stays for patterns.
+TEST(Transforms, CoordinateSystemsEndWithTheirScope) {
+  const std::string scope =
+      "WorldBegin\nAttributeBegin\nTranslate 3 0 0\nScopedCoordinateSystem \"q\"\nAttributeEnd\n";
+  const Read r = readRib(scope + "CoordSysTransform \"q\"\nSphere 1 -1 1 360\nWorldEnd");
+  expectMessage(r, "RIB-COORDSYS", 6);
+  EXPECT_EQ(r.primitive().toWorld.matrices[0], Matrix());
+  EXPECT_EQ(r.world().coordinateSystems.at("q").matrices[0][3][0], 3);
+  // what CoordinateSystem names, before or after, is everybody's
+  for (const char* text : {"Translate 5 0 0 CoordinateSystem \"q\" Identity CoordSysTransform \"q\"",
+                           "Translate 5 0 0 CoordinateSystem \"q\" AttributeBegin Translate 1 0 0 "
+                           "ScopedCoordinateSystem \"q\" AttributeEnd Identity CoordSysTransform \"q\""}) {
+    const Read all = readRib(scope + text + "\nSphere 1 -1 1 360\nWorldEnd");
+    EXPECT_EQ(all.primitive().toWorld.matrices[0][3][0], 5) << text << all.all();
+  }
+  // the next world does not know the names of this one
+  const Read next = readRib(scope +
+                            "WorldEnd\nTranslate 0 0 1\nCoordinateSystem \"q\"\nWorldBegin\n"
+                            "CoordSysTransform \"q\"\nSphere 1 -1 1 360\nWorldEnd");
+  expectClean(next);
+  EXPECT_EQ(next.primitive().toWorld.matrices[0], Matrix());
+}
+
 TEST(Motion, TransformsCamerasAndGeometry) {
   const Read r = readRib(R"(MotionBegin [0 1]
 Translate 0 0 5

@@ -232,7 +232,10 @@ void Interpreter::coordinateSystem(Request& r) {
     frame_.cameraSpaces[name] = state_.ctm;
     return;
   }
-  if (world_) world_->coordinateSystems[name] = state_.ctm;
+  if (world_) {
+    world_->coordinateSystems[name] = state_.ctm;
+    onlyScoped_.erase(name);
+  }
   if (!openObjects_.empty()) addScopedSpace(name);  // each instance has its own
 }
 
@@ -256,6 +259,7 @@ void Interpreter::scopedCoordinateSystem(Request& r) {
   // Patterns ask for systems by name alone, and exporters give each its own.
   if (!world_ || !openObjects_.empty()) return;
   const auto [it, isNew] = world_->coordinateSystems.try_emplace(name, state_.ctm);
+  if (isNew) onlyScoped_.insert(name);
   if (!isNew && it->second.matrices != state_.ctm.matrices)
     report(Severity::Warning, "RIB-COORDSYS", r.pos,
            "another coordinate system is called '" + name.substr(0, 60) + "' already",
@@ -274,7 +278,7 @@ void Interpreter::coordSysTransform(Request& r) {
     }
   if (world_) {
     const auto it = world_->coordinateSystems.find(name);
-    if (it != world_->coordinateSystems.end()) {
+    if (it != world_->coordinateSystems.end() && !onlyScoped_.contains(name)) {
       state_.ctm = it->second;
       return;
     }
@@ -285,9 +289,13 @@ void Interpreter::coordSysTransform(Request& r) {
     state_.ctm = scene::Transform();
     return;
   }
-  report(Severity::Error, "RIB-COORDSYS", r.pos, "no coordinate system is called '" + name.substr(0, 60) + "'",
+  const bool hasEnded = world_ && onlyScoped_.contains(name);
+  report(Severity::Error, "RIB-COORDSYS", r.pos,
+         "no coordinate system " + std::string(hasEnded ? "of this scope " : "") + "is called '" +
+             name.substr(0, 60) + "'",
          "the transform stays as it is",
-         "name it with CoordinateSystem first; raster, NDC and screen cannot be entered");
+         hasEnded ? "ScopedCoordinateSystem names it for another scope; CoordinateSystem names it for all"
+                  : "name it with CoordinateSystem first; raster, NDC and screen cannot be entered");
 }
 
 }  // namespace kinora::rib

@@ -28,6 +28,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     throw "the picture has no pixels for two eyes";
   const double apart = v.number("interpupilaryDistance");
   if (!(apart >= 0) || !(apart < 1e6)) throw "interpupilaryDistance must not be negative";
+  tellOfNoLens(info);
   auto data = std::make_unique<Data>();
   data->eye.width = float(picture->resolution[0]);
   data->eye.height = 0.5f * float(picture->resolution[1]);
@@ -86,5 +87,5 @@ struct OmnidirectionalStereo {
 KINORA_KERNELS_END
 
 KINORA_PROJECTION(OmnidirectionalStereo,
-                  .help = "All around for two eyes, the left one's picture above the right one's.",
+                  .help = "All around for two eyes, the left one's picture above the right one's. No depth of field.",
                   .params = omnidirectionalStereo::kParams, .setUp = setUpBy<omnidirectionalStereo::make>)

@@ -15,5 +15,5 @@ std::unique_ptr<around::Data> make(const CreateInfo& info) {
 #endif
 
 KINORA_PLUGIN(PxrCylinderCamera, ProjectionRunner<AroundProjection>, ProjectionPlugin,
-              .help = "All around the eye on an upright cylinder.", .params = pxrCylinderCamera::kParams,
-              .setUp = setUpBy<pxrCylinderCamera::make>)
+              .help = "All around the eye on an upright cylinder. No depth of field.",
+              .params = pxrCylinderCamera::kParams, .setUp = setUpBy<pxrCylinderCamera::make>)

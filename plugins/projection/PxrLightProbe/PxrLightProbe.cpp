@@ -9,12 +9,15 @@
 #include <memory>
 #include <kinora/projection_author.h>
 #include <kinora/math/elementary.h>
+#include "plugins/projection/parts/requested_lens.h"
 
 #if KINORA_PLAIN
 namespace kinora::pxrLightProbe {
 struct Data {
   ScreenMap screen;
-  explicit Data(const CreateInfo& info) : screen(ScreenMap::of(static_cast<const ProjectionInfo*>(info.extra))) {}
+  explicit Data(const CreateInfo& info) : screen(ScreenMap::of(static_cast<const ProjectionInfo*>(info.extra))) {
+    tellOfNoLens(info);
+  }
 };
 }  // namespace kinora::pxrLightProbe
 #endif
@@ -64,5 +67,5 @@ KINORA_KERNELS_END
 KINORA_PROJECTION(PxrLightProbe,
                   .help =
                       "All directions in a disk: the distance from the middle is the angle to the view axis, 180 "
-                      "degrees at the rim.",
+                      "degrees at the rim. No depth of field.",
                   .setUp = setUp<pxrLightProbe::Data>)

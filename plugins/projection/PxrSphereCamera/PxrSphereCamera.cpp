@@ -15,5 +15,5 @@ std::unique_ptr<around::Data> make(const CreateInfo& info) {
 #endif
 
 KINORA_PLUGIN(PxrSphereCamera, ProjectionRunner<AroundProjection>, ProjectionPlugin,
-              .help = "All around the eye by longitude and latitude.", .params = pxrSphereCamera::kParams,
-              .setUp = setUpBy<pxrSphereCamera::make>)
+              .help = "All around the eye by longitude and latitude. No depth of field.",
+              .params = pxrSphereCamera::kParams, .setUp = setUpBy<pxrSphereCamera::make>)

@@ -1,5 +1,5 @@
 // Proves, for PxrSphereCamera and PxrCylinderCamera: rays of chosen raster places in closed form, the way back, the
-// densities of light paths, widths, refused sweeps and frames.
+// densities of light paths, widths, refused sweeps and frames; of these and others that depth of field is told of.
 #include "plugins/projection/projection_testing.h"
 
 namespace kinora {
@@ -41,6 +41,21 @@ TEST(PxrSphereCamera, TheWayBackAndLightPaths) {
     expectWidthsAgree(widths);
     expectDensityCounts(part, 64 * 48);
     for (double y : {10.0, 24.0, 40.0}) expectSpreadsArePixels(whole, 20, y);
+  }
+}
+
+// Of all that have no lens.
+TEST(PxrSphereCamera, DepthOfFieldIsTold) {
+  for (const char* name : {"PxrSphereCamera", "PxrCylinderCamera", "PxrLightProbe", "OmnidirectionalStereo"}) {
+    ProjectionInfo info = frame(64, 48);
+    EXPECT_TRUE(TestProjection(name, {}, info).warnings.empty()) << name;
+    info.fStop = 2;
+    info.focalLength = 0.5f;
+    info.focalDistance = 3;
+    const TestProjection p(name, {}, info);
+    ASSERT_EQ(p.warnings.size(), 1u) << name;
+    EXPECT_TRUE(p.warnings[0].starts_with("PROJECTION-LENS")) << p.warnings[0];
+    EXPECT_EQ(p.ray(30, 20, 0.9, 0.9), p.ray(30, 20)) << name;
   }
 }
 

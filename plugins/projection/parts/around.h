@@ -5,6 +5,7 @@
 // tan(elevation), whose derivative is 1 / cos^2, which makes cos^3 d(height) d(turn) of it.
 #include <kinora/projection_author.h>
 #include <kinora/math/elementary.h>
+#include "plugins/projection/parts/requested_lens.h"
 
 #ifndef KINORA_AROUND_ONCE
 #define KINORA_AROUND_ONCE
@@ -25,6 +26,7 @@ inline std::unique_ptr<Data> make(const CreateInfo& info, const Param* params, s
   if (!(across > 0) || across > 360) throw "hsweep must lie above 0 and up to 360 degrees";
   if (!(up > 0) || up > (isCylinder ? 179 : 180))
     throw "vsweep must lie above 0 and up to 180 degrees, 179 on a cylinder";
+  tellOfNoLens(info);
   auto data = std::make_unique<Data>();
   data->isCylinder = isCylinder;
   data->width = float(picture->resolution[0]);
