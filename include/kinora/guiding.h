@@ -357,7 +357,7 @@ class Lessons {
   static constexpr uint32_t kVertices = 8;  // of a path, the first ones
 
   Lessons(Group* group, const Services* services) : g_(group), sv_(services) {
-    capacity_ = padded(g_->count) * kVertices;
+    capacity_ = g_->padded * kVertices;
     const auto floats = [&](uint32_t n) { return static_cast<float*>(sv_->alloc(g_, (n + kPad) * sizeof(float))); };
     for (float*& x : P_) x = floats(capacity_);
     for (float** x : {&inverse_, &throughput_, &before_, &ratio_, &survival_, &near_}) *x = floats(capacity_);
@@ -365,7 +365,9 @@ class Lessons {
     cell_ = reinterpret_cast<uint32_t*>(floats(capacity_));
     found_ = floats(g_->padded);
     last_ = reinterpret_cast<uint32_t*>(floats(g_->padded));
+    taught_ = reinterpret_cast<uint32_t*>(floats(g_->padded));
     std::memset(found_, 0, g_->padded * sizeof(float));
+    std::memset(taught_, 0, g_->padded * sizeof(uint32_t));
     std::memset(last_, 0, g_->padded * sizeof(uint32_t));
   }
 
@@ -382,8 +384,8 @@ class Lessons {
   // path's first vertex.
   KN_INLINE void add(Mask<W> on, const Context& c, uint32_t i, const Slots<W>& s, Vec3<W> d, Vec3<W> throughput,
                      F survival, F pdf, F inverse, Mask<W> guided, float share, bool isFirst) {
-    on = on & (s.get(g_->teaches) != I(0));
-    if (on.none() || count_ + uint32_t(W) > capacity_) return;
+    on = on & (s.get(g_->teaches) != I(0)) & (s.get(taught_) < I(kVertices));
+    if (on.none() || count_ >= capacity_) return;
     const Packer<W> pack(on);
     Vec3<W>::load(c.P, i).pack(pack, P_, count_);
     pack.put(inverse / survival, inverse_ + count_);
@@ -393,7 +395,10 @@ class Lessons {
     pack.put(survival, survival_ + count_);
     pack.put(s.s, slot_ + count_);
     F(0.f).store(near_ + count_);
-    for (uint32_t k = 0; k < uint32_t(pack.count); ++k) last_[slot_[count_ + k]] = count_ + k + 1;
+    for (uint32_t k = 0; k < uint32_t(pack.count); ++k) {
+      last_[slot_[count_ + k]] = count_ + k + 1;
+      ++taught_[slot_[count_ + k]];
+    }
     const I first(isFirst ? uint32_t(kIsFirst) : 0u);
     pack.put(Guides<W>::packed(d) | select(guided, I(guiding::kWasGuided), I(0)) | first, cell_ + count_);
     count_ += uint32_t(pack.count);
@@ -444,7 +449,8 @@ class Lessons {
   uint32_t capacity_ = 0, count_ = 0;
   static constexpr uint32_t kIsFirst = 0x40000000u;  // beside a direction and kWasGuided
   float *P_[3], *inverse_, *throughput_, *before_, *ratio_, *survival_, *found_, *near_;
-  uint32_t *slot_, *cell_, *last_;  // last_: by path, 1 + the lesson whose ray is on its way
+  uint32_t *slot_, *cell_;
+  uint32_t *last_, *taught_;  // by path: 1 + the lesson whose ray is on its way; lessons so far
 };
 
 // From now on the group's points choose lights by what was learned of them, through weighLights(); null where that is

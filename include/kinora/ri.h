@@ -15,9 +15,9 @@
  * which is given the parameters of the request: tokens "type name" or "type[n] name" without a class, and arrays of
  * RtInt, RtFloat or RtString. Without it the first three are called, with the request's "string data".
  *
- * detail: how large the bound is on the screen, in pixels (area). Each function with a parameter list exists twice: with
- * pairs of token and pointer that end with RI_NULL, and, with a V at the end of its name, with arrays of n of them.
- * Values are in the space of the request, as in RIB. Names and types are those of the RenderMan Interface Specification
+ * detail: 1000000 always, all there is: how large the bound is seen is not known when it is read. Each function with a
+ * parameter list exists twice: with pairs of token and pointer that end with RI_NULL, and, with a V at the end of its
+ * name, with arrays of n of them. Values are in the space of the request, as in RIB. Names and types are those of the RenderMan Interface Specification
  * 3.2 (2000); the requests of later versions follow its rules.
  */
 #ifndef KINORA_RI_H

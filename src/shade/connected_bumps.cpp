@@ -29,9 +29,9 @@ scene::Parameter number(const char* name, scene::ValueType type, float value) {
   return p;
 }
 
-// Which of red, green and blue an output of PxrTexture hands to a number; -1: none.
+// Which of red, green and blue an output of PxrTexture hands to a number; -1: none, or the mean of all.
 int channelOf(std::string_view output) {
-  for (const auto& [name, channel] : {std::pair{"resultRGB", 0}, {"resultR", 0}, {"resultG", 1}, {"resultB", 2}})
+  for (const auto& [name, channel] : {std::pair{"resultR", 0}, {"resultG", 1}, {"resultB", 2}})
     if (sameName(output, name)) return channel;
   return -1;
 }

@@ -20,6 +20,8 @@ namespace {
 // A step is as long as the footprint, over which noises and textures are averages already. Where that is narrower than
 // differences of float positions tell, it is this many times the distance that rays start off the surface.
 constexpr float kLeastStepInBiases = 8;
+// Of strands that distance is their thickness; this times a position's largest component is what floats may be off.
+constexpr float kRounding = 1e-6f;
 
 // The point moved by `step`, which is `along` of each edge; what it has been asked is not known of it.
 Context* movedContext(const Context* c, const float* const step[3], const float* const along[2]) {
@@ -64,14 +66,18 @@ const MovedPoints& movedPoints(const Context* c) {
   Arena& arena = h.group->arena();
   const uint32_t n = c->padded;
   const Value tangent = c->builtin(Builtin::Tangent);
-  h.surface.args();  // known before it is copied
+  const SurfaceArgs& args = h.surface.args();  // known before it is copied
   const float *const *e1 = h.surface.edge(0), *const *e2 = h.surface.edge(1);
   auto* moved = new (arena.allocate(sizeof(MovedPoints))) MovedPoints();
   for (int d = 0; d < MovedPoints::kDirections; ++d) {
     float* const* step = moved->step[d];
     for (float*& x : moved->step[d]) x = arena.make<float>(n);
     for (uint32_t i = 0; i < n; ++i) {
-      const float length = std::max(c->radius[i], kLeastStepInBiases * c->bias[i]);
+      float bias = c->bias[i];
+      if (args.strand && args.strand[i])
+        bias = std::min(bias,
+                        kRounding * std::max({std::fabs(c->P[0][i]), std::fabs(c->P[1][i]), std::fabs(c->P[2][i])}));
+      const float length = std::max(c->radius[i], kLeastStepInBiases * bias);
       for (int k = 0; k < 3; ++k) {
         const int x = (k + 1) % 3, y = (k + 2) % 3;
         step[k][i] = length * (d == 0 ? tangent.data[k][i]

@@ -57,6 +57,7 @@ shader PxrBump(float scale = 1, int disable = 0, float inputBump = 0, normal inp
   if (!disable && size > 0) {
     float height = (reverse ? -scale : scale) * inputBump;
     vector slope = (calculatenormal(P + N * height) - calculatenormal(P)) / size;
+    if (inputN != normal(0)) slope -= own * dot(own, slope);
     resultN = normalize(mix(normalize(own + slope), own, surfaceNormalMix));
   }
   resultNG = N - resultN / max(dot(resultN, N), 0.01);

@@ -102,6 +102,21 @@ TEST(Guiding, SameBits) {
   expectSameBits({}, room(std::string(kRect) + kSun + kDome, kGlass, std::string(kLens) + kGuided), "");
 }
 
+// In a closed bright room paths have far more vertices than teach, and groups of few paths have few of them.
+TEST(Guiding, SameBitsOfLongPaths) {
+  const std::string text = std::string(kShown) + kGuided + R"(
+Projection "perspective" "fov" [60]
+Translate 0 0 1.5
+WorldBegin
+AttributeBegin Translate 0 1.9 0 Rotate 90 1 0 0 Scale .3 .3 .3 Light "PxrRectLight" "r" "float intensity" [8] AttributeEnd
+Bxdf "PxrDiffuse" "d" "color diffuseColor" [0.9 0.9 0.9]
+PointsPolygons [4 4 4 4 4 4] [0 1 2 3 1 5 6 2 3 2 6 7 0 4 7 3 4 5 1 0 4 5 6 7]
+  "P" [-2 -2 2 2 -2 2 2 2 2 -2 2 2 -2 -2 -2 2 -2 -2 2 2 -2 -2 2 -2]
+WorldEnd
+)";
+  expectSameBits({}, text, "");
+}
+
 // What lies beside a window, or was taken before a part, teaches all the same.
 TEST(Guiding, CropsAreWhatTheyAreInTheWhole) {
   const std::string text = room(kRect, kGrey, kGuided);
