@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "geometry/tessellate.h"
 #include "render/classic_lights.h"
-#include "render/portals.h"
 
 namespace kinora::render {
 
@@ -215,9 +214,10 @@ class StandIns {
 
 }  // namespace
 
-std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
-                                         std::set<uint32_t>& shapes) {
-  std::vector<scene::Light> all = scene.lights;
+LightsToRender lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics) {
+  LightsToRender out;
+  std::vector<scene::Light>& all = out.lights;
+  all = scene.lights;
   // lights inside prototypes shine from every instance, with the instance's attributes where they have none of their
   // own
   constexpr size_t kMost = 1'000'000;
@@ -256,7 +256,7 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
     if (!l.node) continue;
     std::optional<scene::Light> standIn = standIns.of(l, false);
     if (!standIn) continue;
-    if (l.geometry) shapes.insert(l.geometry->id);
+    if (l.geometry) out.shapes.insert(l.geometry->id);
     all.push_back(std::move(*standIn));
   }
   struct Substitute {
@@ -280,8 +280,8 @@ std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& re
       break;
     }
   }
-  openPortals(all, diagnostics);
-  return all;
+  out.domes = openPortals(scene, all, diagnostics);
+  return out;
 }
 
 std::string lightsLeftOut(const scene::Scene& scene, Registry& registry) {
@@ -293,8 +293,8 @@ std::string lightsLeftOut(const scene::Scene& scene, Registry& registry) {
   };
   addUnknown(scene.classicLights);
   for (const scene::Prototype& p : scene.prototypes) addUnknown(p.lights);
-  std::set<uint32_t> shapes;
-  for (const scene::Light& l : lightsToRender(scene, registry, quiet, shapes))
+  const LightsToRender rendered = lightsToRender(scene, registry, quiet);
+  for (const scene::Light& l : rendered.lights)
     if (l.node && !registry.find(Kind::Light, l.node->plugin, quiet, l.node->pos)) names.insert(l.node->plugin);
   std::string list;
   for (const std::string& n : names) list += (list.empty() ? "'" : ", '") + n + "'";

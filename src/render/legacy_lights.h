@@ -7,13 +7,17 @@
 #include <vector>
 
 #include "plugin/registry.h"
+#include "render/portals.h"
 #include "scene/scene.h"
 
 namespace kinora::render {
 
-// `shapes` gets the ids of primitives that are the shape of such a light: the light takes their place.
-std::vector<scene::Light> lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics,
-                                         std::set<uint32_t>& shapes);
+struct LightsToRender {
+  std::vector<scene::Light> lights;
+  std::set<uint32_t> shapes;  // ids of primitives that are the shape of one of them: the light takes their place
+  ShownDomes domes;           // which are none of `lights`
+};
+LightsToRender lightsToRender(const scene::Scene& scene, Registry& registry, Diagnostics& diagnostics);
 
 // Whether one of those is an ambient light: it lights what the camera and mirrors see, and no more. Surface shaders get
 // it by themselves.

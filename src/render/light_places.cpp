@@ -145,4 +145,14 @@ LightMoves movesOf(const scene::Transform& toWorld, const CameraState& camera) {
   return out;
 }
 
+void warnOfShape(const scene::Light& l, const LightMoves& moves, Diagnostics& diagnostics) {
+  if (moves.isWhole) return;
+  diagnostics.warning(
+      "LIGHT-MOTION", l.node->pos,
+      l.node->plugin + " '" + l.node->handle + "' changes its size or shape while the shutter is open",
+      moves.motion ? "it keeps those of the middle of that time, and moves and turns as it should"
+                   : "it stands where it is at the middle of that time",
+      "an object that glows (PxrConstant, glowGain) changes");
+}
+
 }  // namespace kinora::render

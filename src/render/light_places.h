@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "base/diagnostics.h"
 #include "light/light_motion.h"
 #include "render/camera.h"
 #include "scene/scene.h"
@@ -21,5 +22,8 @@ struct LightMoves {
 // Turns and shifts over the shutter, of the transform's rigid part (polar decomposition of what carries it from the
 // middle of the shutter to each time).
 LightMoves movesOf(const scene::Transform& toWorld, const CameraState& camera);
+
+// Tells of a light whose size or shape is not followed.
+void warnOfShape(const scene::Light& light, const LightMoves& moves, Diagnostics& diagnostics);
 
 }  // namespace kinora::render

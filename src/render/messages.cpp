@@ -7,8 +7,14 @@ namespace {
 constexpr Explanation kExplanations[] = {
     {"LIGHT-PORTAL",
      "A PxrPortalLight shows a dome through a rectangle: the PxrDomeLight whose lightColorMap is the portal's "
-     "domeColorMap, else the first dome of the scene. Without either it is an even light of its own colour. A "
-     "portalToDome that is no matrix leaves the dome standing as the portal does."},
+     "domeColorMap, else the first dome of the scene. Without either it is an even light of its own colour. What is "
+     "said "
+     "of the dome holds for its portals: its light filters multiply theirs, a mute dome's portals are mute, and what "
+     "the dome's linking excludes they do not light. Dome and portal move and turn each by itself while the shutter "
+     "is "
+     "open, unless the file says portalToDome: then the dome stands to the portal as that says. A portalToDome that "
+     "is "
+     "no matrix leaves the dome standing as the portal does; domeTurns that are no quaternions leave it still."},
     {"PLUGIN-CREATE",
      "A plug-in was found but could not be set up; the message says why. What is used instead is what would be used "
      "if "
@@ -230,7 +236,8 @@ constexpr Explanation kExplanations[] = {
      "A light's transform changes the light's size or shape while the shutter is open, or mirrors it. Lights move "
      "and "
      "turn within a frame, and their filters with them, but keep the size and shape that they have at the middle of "
-     "the shutter. Surfaces that glow change those too."},
+     "the shutter; so do domes that are seen through portals. One that mirrors stands where it is at that time. "
+     "Surfaces that glow change those too."},
     {"LIGHT-GEOMETRY",
      "A light has geometry (PxrMeshLight, AreaLightSource) of a kind, or in a state, that lights do not follow: "
      "curves "

@@ -1,4 +1,5 @@
 // What a world's making must know of the shaders in a scene before light paths are planned.
+#include <algorithm>
 #include <set>
 
 #include "render/legacy_lights.h"
@@ -47,12 +48,17 @@ void WorldBuilder::openShaders(const scene::Scene& scene) {
 bool WorldBuilder::needsSplit(const scene::Scene& scene) const {
   // as they will be rendered: stand-ins and lights of prototypes have factors too
   Diagnostics quiet([](const std::string&, Severity) {});
-  std::set<uint32_t> shapes;
-  for (const scene::Light& l : lightsToRender(scene, registry_, quiet, shapes)) {
+  const LightsToRender rendered = lightsToRender(scene, registry_, quiet);
+  const auto splits = [](const scene::Node& n) {
+    return n.params.getFloat("diffuse", 1) != n.params.getFloat("specular", 1);
+  };
+  const auto doFiltersSplit = [&](const scene::Light& l) {
+    return std::any_of(l.filters.begin(), l.filters.end(), [&](const scene::NodePtr& f) { return splits(*f); });
+  };
+  for (const scene::Light& l : rendered.lights) {
     if (!l.node) continue;
-    if (l.node->params.getFloat("diffuse", 1) != l.node->params.getFloat("specular", 1)) return true;
-    for (const scene::NodePtr& f : l.filters)
-      if (f->params.getFloat("diffuse", 1) != f->params.getFloat("specular", 1)) return true;
+    if (splits(*l.node) || doFiltersSplit(l)) return true;
+    if (const scene::Light* dome = domeShownBy(l, rendered.domes); dome && doFiltersSplit(*dome)) return true;
     const Descriptor* d = registry_.find(Kind::Light, l.node->plugin, quiet, l.node->pos);
     const auto* traits = d ? static_cast<const LightTraits*>(d->traits) : nullptr;
     if (traits && traits->mark) return true;  // marks go on along specular reflections alone

@@ -386,9 +386,9 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   const auto start = std::chrono::steady_clock::now();
   Rebuilt& rebuilt = statistics.rebuilt;
   const scene::Scene& scene = interiors_.addTo(said, registry_, diagnostics_);
-  std::set<uint32_t> emitters;
-  const std::vector<scene::Light> sources = lightsToRender(scene, registry_, diagnostics_, emitters);
-  flattenScene(scene, emitters, rebuilt);
+  const LightsToRender rendered = lightsToRender(scene, registry_, diagnostics_);
+  const std::vector<scene::Light>& sources = rendered.lights;
+  flattenScene(scene, rendered.shapes, rebuilt);
   displacement_.cache().setLimit(geometryCacheOf(scene, settings_));
   const Displacement::Tools moving{scene,     camera_,  registry_,     diagnostics_, *textures_, *volumes_,
                                    contents_, shaders_, shadersInUse_, paths,        width_};
@@ -422,11 +422,11 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   next->traceSets = std::move(sight.sets);
   next->setsByText = std::move(sight.byText);
   setScene(scene, *next);
-  const LinkSets links = linkObjects(scene, sources, *flat_, next->placements);
+  const LinkSets links = linkObjects(scene, rendered, *flat_, next->placements);
   next->fillTables();
   media_.make(flat_, meshes_, *next,
               {{camera_, registry_, host(), *volumes_, diagnostics_}, contents_, settings_.stop, aggregates});
-  next->lights = lights_.make(scene, sources, links, *flat_,
+  next->lights = lights_.make(scene, rendered, links, *flat_,
                               {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths,
                                sight.ofLights, surfaces, sight.areShadowsOthers},
                               *next, rebuilt);

@@ -9,7 +9,6 @@
 #include "plugin/refused.h"
 #include "render/filters.h"
 #include "render/ies_profiles.h"
-#include "render/legacy_lights.h"
 #include "render/light_places.h"
 #include "render/mesh_light.h"
 #include "render/overrides.h"
@@ -18,12 +17,13 @@
 
 namespace kinora::render {
 
-LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>& sources, const FlatScene& flat,
+LinkSets linkObjects(const scene::Scene& scene, const LightsToRender& sources, const FlatScene& flat,
                      std::vector<shade::PlacementInfo>& infos) {
   std::set<uint32_t> rendered;
-  for (const scene::Light& l : sources) rendered.insert(l.id);
+  for (const scene::Light& l : sources.lights) rendered.insert(l.id);
+  for (const auto& [portal, dome] : sources.domes) rendered.insert(dome->id);
   std::vector<uint32_t> classic, ambient;
-  for (const scene::Light& l : sources)
+  for (const scene::Light& l : sources.lights)
     if (isAmbient(l)) ambient.push_back(l.id);
   std::sort(ambient.begin(), ambient.end());
   for (const scene::Light& l : scene.classicLights)
@@ -67,12 +67,13 @@ LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>&
 
 namespace {
 
-// A light's handle and its groups.
-std::set<std::string> namesOf(const scene::Light& l) {
+// A light's handle and its groups, of a portal those of its dome, too.
+std::set<std::string> namesOf(const scene::Light& l, const ShownDomes& domes = {}) {
   std::set<std::string> all{l.node->handle};
   if (l.attributes)
     for (std::string& g : groupNames(l.attributes->named.getString("grouping:membership", "")))
       all.insert(std::move(g));
+  if (const scene::Light* dome = domeShownBy(l, domes)) all.merge(namesOf(*dome));
   return all;
 }
 
@@ -103,18 +104,12 @@ void linkMedium(uint32_t light, const std::set<std::string>& names, const LinkSe
 std::shared_ptr<const light::LightMotion> motionOf(const scene::Light& l, const CameraState& camera,
                                                    Diagnostics& diagnostics) {
   LightMoves moves = movesOf(l.toWorld, camera);
-  if (!moves.isWhole)
-    diagnostics.warning(
-        "LIGHT-MOTION", l.node->pos,
-        l.node->plugin + " '" + l.node->handle + "' changes its size or shape while the shutter is open",
-        moves.motion ? "it keeps those of the middle of that time, and moves and turns as it should"
-                     : "it stands where it is at the middle of that time",
-        "an object that glows (PxrConstant, glowGain) changes");
+  warnOfShape(l, moves, diagnostics);
   return std::move(moves.motion);
 }
 
 // Of all that a light's own data are made of.
-Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Scene& scene,
+Digest digestOf(const scene::Light& l, const scene::Light* dome, const Descriptor& plugin, const scene::Scene& scene,
                 const CameraState& camera) {
   Hasher h;
   h.digest(scene::ownDigestOf(l));
@@ -127,9 +122,15 @@ Digest digestOf(const scene::Light& l, const Descriptor& plugin, const scene::Sc
     h.digest(scene::digestOf(l.geometry->toWorld));
   }
   // filters stand in coordinate systems by name
-  if (!l.filters.empty()) h.digest(scene::digestOf(scene.coordinateSystems));
+  const bool isDomeFiltered = dome && !dome->filters.empty();
+  if (!l.filters.empty() || isDomeFiltered) h.digest(scene::digestOf(scene.coordinateSystems));
   if (!l.filters.empty() && l.attributes && l.attributes->coordinateSystems)
     h.digest(scene::digestOf(*l.attributes->coordinateSystems));
+  if (isDomeFiltered) {
+    h.digest(scene::ownDigestOf(*dome));
+    if (dome->attributes && dome->attributes->coordinateSystems)
+      h.digest(scene::digestOf(*dome->attributes->coordinateSystems));
+  }
   return h.result();
 }
 
@@ -164,8 +165,8 @@ bool hasUnlitColors(const shade::MaterialSet& materials) {
 // Which lights each link set holds; names that no light has are told of.
 std::vector<std::vector<uint32_t>> membersOf(const LinkSets& links, const std::vector<std::set<std::string>>& names,
                                              const std::vector<const scene::Light*>& sourceOf,
-                                             const std::set<std::string>& known, const scene::Scene& scene,
-                                             Diagnostics& diagnostics) {
+                                             const ShownDomes& domes, const std::set<std::string>& known,
+                                             const scene::Scene& scene, Diagnostics& diagnostics) {
   std::vector<std::vector<uint32_t>> sets(links.size());
   std::set<std::string> unknown;
   const auto check = [&](const std::vector<std::string>& list, const char* what, const char* done) {
@@ -187,8 +188,12 @@ std::vector<std::vector<uint32_t>> membersOf(const LinkSets& links, const std::v
       const auto has = [](const auto& list, const auto& x) {
         return std::find(list.begin(), list.end(), x) != list.end();
       };
-      if ((!subset.empty() && !in(subset)) || in(exclude) || has(key.off, sourceOf[i]->node->handle)) continue;
-      if (!has(key.unlisted, sourceOf[i]->id)) sets[index].push_back(i);
+      if ((!subset.empty() && !in(subset)) || in(exclude)) continue;
+      const auto isOff = [&](const scene::Light& l) {
+        return has(key.off, l.node->handle) || has(key.unlisted, l.id);
+      };
+      const scene::Light* dome = domeShownBy(*sourceOf[i], domes);
+      if (!isOff(*sourceOf[i]) && !(dome && isOff(*dome))) sets[index].push_back(i);
     }
   }
   return sets;
@@ -284,12 +289,13 @@ struct Lights::Chosen {
   std::vector<const scene::Light*> markSources;
 };
 
-std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const Descriptor& plugin,
-                                                   const scene::Scene& scene, const Tools& tools, Rebuilt& made) {
+std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const scene::Light* dome,
+                                                   const Descriptor& plugin, const scene::Scene& scene,
+                                                   const Tools& tools, Rebuilt& made) {
   const auto surface = tools.surfaces.find(&l);
   const geometry::Mesh* displaced = surface == tools.surfaces.end() ? nullptr : surface->second.get();
   Hasher own;
-  own.digest(digestOf(l, plugin, scene, tools.camera));
+  own.digest(digestOf(l, dome, plugin, scene, tools.camera));
   if (displaced) own.bytes(displaced->points.data(), displaced->points.size() * sizeof(displaced->points[0]));
   const Digest digest = own.result();
   if (const auto it = now_.find(digest); it != now_.end()) return it->second;
@@ -334,6 +340,16 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   }
   e.filters = makeLightFilters(profile ? filtered : l, scene, tools.camera, tools.registry, tools.host,
                                tools.diagnostics, largestFactor);
+  if (dome) {  // its filters stand where it does; groups of both multiply
+    float ofDome = 1;
+    const uint32_t group = e.filters.empty() ? 0 : e.filters.back().group + 1;
+    for (light::LightFilterEntry& f :
+         makeLightFilters(*dome, scene, tools.camera, tools.registry, tools.host, tools.diagnostics, ofDome)) {
+      f.group += group;
+      e.filters.push_back(std::move(f));
+    }
+    largestFactor *= ofDome;
+  }
   e.motion = motionOf(l, tools.camera, tools.diagnostics);
   if (declares(plugin, "intensityNearDist")) {
     const float nearest = l.node->params.getFloat("intensityNearDist", 0);
@@ -351,13 +367,15 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   return now_[digest] = m;
 }
 
-Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene::Light>& sources, const Tools& tools,
+Lights::Chosen Lights::choose(const scene::Scene& scene, const LightsToRender& sources, const Tools& tools,
                               Rebuilt& made) {
+  const auto isMute = [](const scene::Light& l) { return l.attributes && l.attributes->getInt("lighting:mute", 0); };
   Chosen c;
   std::map<const Descriptor*, uint32_t> kindOf;
-  for (const scene::Light& l : sources) {
+  for (const scene::Light& l : sources.lights) {
     if (!l.node) continue;
-    if (l.attributes && l.attributes->getInt("lighting:mute", 0)) continue;
+    const scene::Light* dome = domeShownBy(l, sources.domes);
+    if (isMute(l) || (dome && isMute(*dome))) continue;
     const Descriptor* d = tools.registry.find(Kind::Light, l.node->plugin, tools.diagnostics, l.node->pos);
     if (!d) {
       tools.diagnostics.warning("PLUGIN-MISSING", l.node->pos,
@@ -365,7 +383,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
                                 adviceOnMissing(Kind::Light, l.node->plugin));
       continue;
     }
-    const std::shared_ptr<const Made> m = madeOf(l, *d, scene, tools, made);
+    const std::shared_ptr<const Made> m = madeOf(l, dome, *d, scene, tools, made);
     if (!m) continue;
     if (const auto* traits = static_cast<const LightTraits*>(d->traits); traits && traits->mark) {
       light::MarkEntry mark;
@@ -399,7 +417,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const std::vector<scene
     if (declares(*d, "fixedSampleCount"))
       e.ownSamples = uint32_t(std::clamp(l.node->params.getInt("fixedSampleCount", 0), 0, 64));
     e.isIndirectToo = l.node->params.getInt("__indirect", 1) != 0;
-    c.names.push_back(namesOf(l));
+    c.names.push_back(namesOf(l, sources.domes));
     c.sources.push_back(&l);
     c.serials.push_back(m->serial);
     c.entries.push_back(std::move(e));
@@ -412,9 +430,8 @@ static bool isLitFromTheEye(const scene::Scene& scene) {
   return sameName(scene.integrator ? scene.integrator->plugin.c_str() : defaultIntegrator(scene), "PxrDefault");
 }
 
-std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
-                                                    const std::vector<scene::Light>& sources, const LinkSets& links,
-                                                    const FlatScene& flat, const Tools& tools,
+std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene, const LightsToRender& sources,
+                                                    const LinkSets& links, const FlatScene& flat, const Tools& tools,
                                                     shade::ShadingWorld& world, Rebuilt& made) {
   before_ = std::move(now_);
   now_.clear();
@@ -428,9 +445,9 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
         isLitFromTheEye(scene) ? "PxrDefault lights it from the eye" : "only glowing surfaces bring light",
         "add a Light, e.g. Light \"PxrDomeLight\" \"dome\"");
   std::set<std::string> known;  // names of lights that are not rendered too
-  for (const auto* list : {&scene.classicLights, &sources})
+  for (const auto* list : {&scene.classicLights, &sources.lights})
     for (const scene::Light& l : *list)
-      if (l.node) known.merge(namesOf(l));
+      if (l.node) known.merge(namesOf(l, sources.domes));
   for (uint32_t i = 0; glows && i < world.space->media.size(); ++i)
     if (world.space->media[i].emission) known.merge(namesOf(world.space->media[i], flat, world));
   // lights that mark are linked as the others are
@@ -439,7 +456,8 @@ std::shared_ptr<const light::LightSet> Lights::make(const scene::Scene& scene,
   names.insert(names.end(), chosen.markNames.begin(), chosen.markNames.end());
   std::vector<const scene::Light*> all = chosen.sources;
   all.insert(all.end(), chosen.markSources.begin(), chosen.markSources.end());
-  std::vector<std::vector<uint32_t>> sets = membersOf(links, names, all, known, scene, tools.diagnostics);
+  std::vector<std::vector<uint32_t>> sets =
+      membersOf(links, names, all, sources.domes, known, scene, tools.diagnostics);
   for (size_t k = 0; k < sets.size(); ++k)
     for (uint32_t m = 0; m < chosen.marks.size(); ++m)
       chosen.marks[m].isLinked.push_back(std::find(sets[k].begin(), sets[k].end(), lit + m) != sets[k].end());

@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "render/camera.h"
 #include "render/flat_scene.h"
+#include "render/legacy_lights.h"
 #include "render/light_shadows.h"
 #include "render/light_surfaces.h"
 #include "render/statistics.h"
@@ -33,8 +34,8 @@ struct Linking {
 };
 // Objects of the same lights share a set; set 0 is that of all lights.
 using LinkSets = std::map<Linking, uint32_t>;
-// Sets `linkSet` of each of `infos`. `sources`: the lights that are rendered.
-LinkSets linkObjects(const scene::Scene& scene, const std::vector<scene::Light>& sources, const FlatScene& flat,
+// Sets `linkSet` of each of `infos`.
+LinkSets linkObjects(const scene::Scene& scene, const LightsToRender& sources, const FlatScene& flat,
                      std::vector<shade::PlacementInfo>& infos);
 
 class Lights {
@@ -52,7 +53,7 @@ class Lights {
     bool areShadowsOthers = false;           // shadow rays and rays that find lights do not see the same objects
   };
   // Of the world that `world` holds by now; sets what it says of link sets. `sources`, `flat` as above.
-  std::shared_ptr<const light::LightSet> make(const scene::Scene& scene, const std::vector<scene::Light>& sources,
+  std::shared_ptr<const light::LightSet> make(const scene::Scene& scene, const LightsToRender& sources,
                                               const LinkSets& links, const FlatScene& flat, const Tools& tools,
                                               shade::ShadingWorld& world, Rebuilt& made);
   void forget() { *this = {}; }
@@ -66,10 +67,10 @@ class Lights {
     uint64_t serial = 0;
   };
   struct Chosen;  // the lights of this world
-  std::shared_ptr<const Made> madeOf(const scene::Light& light, const Descriptor& plugin, const scene::Scene& scene,
-                                     const Tools& tools, Rebuilt& made);
-  Chosen choose(const scene::Scene& scene, const std::vector<scene::Light>& sources, const Tools& tools,
-                Rebuilt& made);
+  // `dome`: that a portal shows, else null.
+  std::shared_ptr<const Made> madeOf(const scene::Light& light, const scene::Light* dome, const Descriptor& plugin,
+                                     const scene::Scene& scene, const Tools& tools, Rebuilt& made);
+  Chosen choose(const scene::Scene& scene, const LightsToRender& sources, const Tools& tools, Rebuilt& made);
 
   std::map<Digest, std::shared_ptr<const Made>> before_, now_;
   uint64_t lastSerial_ = 0;

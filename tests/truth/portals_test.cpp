@@ -1,10 +1,14 @@
 // Proves: a room lit through its window has one brightness whether the dome is sampled or its portal; which dome a
 // portal shows, and what it takes from it; domes with portals shine through them alone; a portal without a dome is
-// told and even. Misses: maps through portals (PxrPortalLight_test.cpp).
+// told and even; what is said of a dome (filters, mute, linking) holds for its portals; domes and portals that turn while
+// the shutter is open show what those of each time do. Misses: maps through portals (PxrPortalLight_test.cpp).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "image/read_write.h"
 #include "support/render_scene.h"
 #include "truth/scenes.h"
 
@@ -72,6 +76,126 @@ TEST(Portals, WithoutADomeAreToldAndEven) {
     told += m.find("LIGHT-PORTAL") != std::string::npos && m.find("'window'") != std::string::npos;
   EXPECT_EQ(told, 1);
   EXPECT_MEAN(overPixels(render.channel("Ci")), 0.5 * formFactor(0.5, 0.25) * 2, 6e-3);
+}
+
+const std::string kWindow = kBehind + "Light \"PxrPortalLight\" \"window\"\n";
+// An even dome of radiance 1, with what is said before it.
+std::string sky(const std::string& before) {
+  return "AttributeBegin " + before + " Light \"PxrDomeLight\" \"sky\" AttributeEnd\n";
+}
+std::string filter(const char* handle, const char* intensity) {
+  return std::string("LightFilter \"PxrIntMultLightFilter\" \"") + handle + "\" \"float intensity\" [" + intensity +
+         "]\n";
+}
+
+TEST(Portals, HaveTheFiltersOfTheirDomeToo) {
+  const double seen = 0.5 * formFactor(0.5, 0.25);
+  EXPECT_MEAN(lit(sky(filter("f", ".25")), kWindow), 0.25 * seen, 1e-3);
+  EXPECT_MEAN(lit(sky(filter("f", ".25")), filter("f", ".5") + kWindow), 0.125 * seen, 5e-4);
+  // as the dome's own combiner has them, beside the portal's
+  const std::string larger = filter("a", ".25") + filter("b", ".5") +
+                             "LightFilter \"PxrCombinerLightFilter\" \"c\" \"reference lightfilter[2] max\" "
+                             "[\"a\" \"b\"]\n";
+  EXPECT_MEAN(lit(sky(larger), filter("a", ".5") + kWindow), 0.25 * seen, 1e-3);
+}
+
+TEST(Portals, OfMuteDomesAreMute) {
+  EXPECT_EQ(lit(sky("Attribute \"lighting\" \"int mute\" [1]"), kWindow).mean(), 0);
+}
+
+TEST(Portals, LightWhatTheirDomeLights) {
+  const double seen = 0.5 * formFactor(0.5, 0.25);
+  const std::string grouped = sky("Attribute \"grouping\" \"string membership\" [\"outside\"]");
+  const auto linked = [](const char* list, const char* names) {
+    return std::string("Attribute \"lighting\" \"string ") + list + "\" [\"" + names + "\"]\n";
+  };
+  const std::string ofPortal = "Attribute \"grouping\" \"string membership\" [\"windows\"]\n" + kWindow;
+  for (const char* name : {"outside", "sky", "window", "windows"}) {
+    EXPECT_EQ(lit(grouped + linked("excludesubset", name), ofPortal).mean(), 0) << name;
+    EXPECT_MEAN(lit(grouped + linked("subset", name), ofPortal), seen, 2e-3);
+    RenderRequest r;  // a dome that has portals is one that linking may name
+    r.rib = room(grouped + linked("subset", name), ofPortal);
+    SceneRender render(r);
+    for (const std::string& m : render.messages()) EXPECT_EQ(m.find("LIGHT-LINK"), std::string::npos) << m;
+  }
+  EXPECT_EQ(lit(grouped + "Illuminate \"sky\" 0\n", ofPortal).mean(), 0);
+}
+
+// 1 + .9 x in the direction (x, y, z) of the dome's space.
+std::string writeSkyMap(const std::string& name) {
+  image::Image map({0, 0, 64, 32}, {{"R"}, {"G"}, {"B"}});
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 64; ++x)
+      std::fill_n(map.at(x, y), 3,
+                  float(1 + 0.9 * std::cos(2 * M_PI * (x + 0.5) / 64) * std::sin(M_PI * (y + 0.5) / 32)));
+  const std::string file = ::testing::TempDir() + "portals_" + name + ".exr";
+  EXPECT_TRUE(image::write(file, map).ok());
+  return file;
+}
+double meanThrough(const std::string& shutter, const std::string& dome, const std::string& portal) {
+  RenderRequest r;
+  r.rib = shutter + room("AttributeBegin " + dome + "AttributeEnd\n", portal);
+  SceneRender render(r);
+  EXPECT_TRUE(render.ok());
+  return overPixels(render.channel("Ci")).mean();
+}
+std::string turn(double degrees) { return "Rotate " + std::to_string(degrees) + " 0 1 0\n"; }
+std::string moving(double from, double to) { return "MotionBegin [0 1]\n" + turn(from) + turn(to) + "MotionEnd\n"; }
+// Over as many still frames of what `at` renders at a part of the shutter.
+double meanOfStills(const std::function<double(double part)>& at) {
+  double sum = 0;
+  for (int k = 0; k < 8; ++k) sum += at((k + 0.5) / 8) / 8;
+  return sum;
+}
+
+TEST(Portals, ShowTheDomeAsItTurns) {
+  const std::string dome =
+      "Light \"PxrDomeLight\" \"sky\" \"string lightColorMap\" [\"" + writeSkyMap("turns") + "\"]\n";
+  const double start = meanThrough("", turn(0) + dome, kWindow), middle = meanThrough("", turn(90) + dome, kWindow);
+  ASSERT_GT(std::fabs(middle / start - 1), 0.5) << "the scene tells nothing";
+  const double expected =
+      meanOfStills([&](double part) { return meanThrough("", turn(180 * part) + dome, kWindow); });
+  ASSERT_GT(std::fabs(expected / start - 1), 0.3);
+  ASSERT_GT(std::fabs(expected / middle - 1), 0.1);
+  EXPECT_NEAR(meanThrough("Shutter 0 1\n", moving(0, 180) + dome, kWindow), expected, 0.02 * expected);
+  // frames without blur: a short shutter, and none
+  for (const char* shutter : {"Shutter .499 .501\n", "Shutter .5 .5\n"})
+    EXPECT_NEAR(meanThrough(shutter, moving(0, 180) + dome, kWindow), middle, 0.01 * middle) << shutter;
+}
+
+TEST(Portals, ThatTurnLeaveTheDomeWhereItIs) {
+  const std::string dome =
+      turn(45) + "Light \"PxrDomeLight\" \"sky\" \"string lightColorMap\" [\"" + writeSkyMap("stays") + "\"]\n";
+  const auto window = [](const std::string& placed) {  // room() has scaled already
+    return "Scale 1 2 1\n" + placed + "Scale 1 .5 1\n" + kWindow;
+  };
+  const double expected =
+      meanOfStills([&](double part) { return meanThrough("", dome, window(turn(60 * part - 30))); });
+  EXPECT_NEAR(meanThrough("Shutter 0 1\n", dome, window(moving(-30, 30))), expected, 0.02 * expected);
+  // a room that turns with its surroundings
+  const double together = meanOfStills([&](double part) {
+    const std::string placed = turn(60 * part - 30);
+    return meanThrough("", placed + dome, window(placed));
+  });
+  EXPECT_NEAR(meanThrough("Shutter 0 1\n", moving(-30, 30) + dome, window(moving(-30, 30))), together,
+              0.02 * together);
+}
+
+TEST(Portals, TellOnceWhereTheirDomeChangesItsShape) {
+  RenderRequest r;
+  r.rib = "Shutter 0 1\n" +
+          room(
+              "AttributeBegin MotionBegin [0 1] Scale 1 1 1 Scale 1 2 1 MotionEnd Light \"PxrDomeLight\" \"sky\" "
+              "AttributeEnd\n",
+              kWindow + "Light \"PxrPortalLight\" \"other\"\n");
+  SceneRender render(r);
+  ASSERT_TRUE(render.ok());
+  EXPECT_EQ(std::count_if(render.messages().begin(), render.messages().end(),
+                          [](const std::string& m) {
+                            return m.find("LIGHT-MOTION") != std::string::npos &&
+                                   m.find("'sky'") != std::string::npos;
+                          }),
+            1);
 }
 
 }  // namespace

@@ -2,10 +2,14 @@
 // through it, and is sampled by that (portal_table.h): from each point the directions through the rectangle have the
 // density of the map there. Where the placement shears it, where it shows less than a quarter of a cell of the table, and
 // where the dome is even, it is sampled as PxrRectLight is. The renderer gives it the scene's dome where the file does not
-// say which one (render/portals.h), and that dome then shines through its portals alone.
+// say which one (render/portals.h), and that dome then shines through its portals alone. Where dome and portal turn against
+// each other while the shutter is open, each sample sees the dome of its time, and the table is the mean over that time:
+// all times share a density, which has a floor in every cell.
 #define KINORA_KERNEL_FILE "plugins/light/PxrPortalLight/PxrPortalLight.cpp"
 #include <kinora/light_setup.h>
+#include <cmath>
 #include <memory>
+#include <vector>
 #include <kinora/light_author.h>
 
 #include "plugins/light/PxrPortalLight/portal_table.h"
@@ -25,6 +29,11 @@ constexpr std::array kPortal = {
     param::array(Type::Float, "portalToDome", kIdentity, 16)
         .help("Matrix from the portal's local space to the dome's, row-vector; rotation and mirroring count. As a "
               "matrix or 16 numbers."),
+    param::array(Type::Float, "domeTurns", nullptr, 0)
+        .help("How the dome turns against the portal while the shutter is open, which the renderer says of the "
+              "scene's dome: unit quaternions (w, x, y, z) at even times over the shutter, world space, from "
+              "directions through the portal in the middle of that time to those by which the dome, as portalToDome "
+              "has it, is looked up. Empty: it does not."),
     param::number("intensityMult", 1.f).range(0, 10).help("Factor on the dome's radiance."),
     param::color("tint", 1.f).help("Factor on the dome's colour."),
     param::string("portalName", "").help("Accepted: tells portals apart for the host that writes them."),
@@ -34,7 +43,51 @@ constexpr auto kParams = joinParams(lightParams::kRadiance, kPortal, lightParams
 struct Data : lightParts::Rectangle {
   Float3 domeX, domeY, domeZ;             // the dome's local axes in render space: orthonormal, perhaps left-handed
   lightParts::PortalTable seen, emitted;  // radiance, and times the cosine; without a map, and where sheared, none
+  std::vector<float> turns;               // domeTurns, neighbours on one side; none without a map
+  int32_t lastTurn = 0;                   // of them
 };
+
+// Leaves none, with a message, where they are no turns.
+void setTurns(const NamedValues& values, const ParamValue& given, Data& k) {
+  bool areTurns = given.count % 4 == 0 && given.count != 4;
+  for (uint32_t i = 0; i < given.count && areTurns; i += 4) {
+    double length2 = 0, along = 0;
+    for (uint32_t c = 0; c < 4; ++c) {
+      length2 += double(given.floats[i + c]) * given.floats[i + c];
+      if (i > 0) along += double(given.floats[i + c]) * k.turns[i + c - 4];
+    }
+    areTurns = length2 > 1e-12 && std::isfinite(length2);
+    const double scale = (along < 0 ? -1 : 1) / std::sqrt(length2);
+    for (uint32_t c = 0; c < 4 && areTurns; ++c) k.turns.push_back(float(given.floats[i + c] * scale));
+  }
+  if (!areTurns) {
+    values.warn("LIGHT-PORTAL", "domeTurns are not two or more quaternions", "the dome does not turn");
+    k.turns.clear();
+  }
+  if (!k.map.valid()) k.turns.clear();
+  k.lastTurn = std::max(int32_t(k.turns.size() / 4) - 1, 0);
+}
+
+// The dome's axes at `time` (0..1 over the shutter), in the space in which the portal rests: those at rest, turned back.
+lightParts::PortalTable::Axes domeAt(const Data& k, double time) {
+  const auto wide = [](const Float3& a) { return normalized({a.x, a.y, a.z}); };
+  lightParts::PortalTable::Axes dome{wide(k.domeX), wide(k.domeY), wide(k.domeZ)};
+  if (k.turns.empty()) return dome;
+  const double place = time * k.lastTurn, from = std::fmin(std::floor(place), k.lastTurn - 1.0);
+  const float* turn = &k.turns[4 * size_t(from)];
+  double q[4], length2 = 0;
+  for (int c = 0; c < 4; ++c) {
+    q[c] = turn[c] + (turn[c + 4] - double(turn[c])) * (place - from);
+    length2 += q[c] * q[c];
+  }
+  const double scale = 1 / std::sqrt(length2);
+  const Double3 back{-q[1] * scale, -q[2] * scale, -q[3] * scale};
+  for (Double3* axis : {&dome.x, &dome.y, &dome.z}) {
+    const Double3 t = cross(back, *axis) * 2;
+    *axis = normalized(*axis + t * (q[0] * scale) + cross(back, t));
+  }
+  return dome;
+}
 
 // The matrix's rows are the portal's axes as the dome has them; their lengths, the portal's size, say nothing of
 // directions. False where nothing is left of these.
@@ -56,6 +109,17 @@ bool setDomeAxes(const LocalFrame& f, const float* toDome, Data& k) {
   return length(z) > 0.5 && length(y) > 0.5 && std::fabs(dot(x, axis[0])) > 1e-6;
 }
 
+// Radians of all the way.
+double angleOf(const std::vector<float>& turns) {
+  double angle = 0;
+  for (size_t i = 4; i < turns.size(); i += 4) {
+    double along = 0;
+    for (size_t c = 0; c < 4; ++c) along += double(turns[i + c]) * turns[i + c - 4];
+    angle += 2 * std::acos(std::fmin(1, along));
+  }
+  return angle;
+}
+
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   const LocalFrame frame = LocalFrame::of(info);
@@ -75,11 +139,19 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     values.warn("LIGHT-PORTAL", "portalToDome is no matrix that turns", "the dome stands as the portal does");
     if (!setDomeAxes(frame, kIdentity, *light)) light->isBlack = true;
   }
+  setTurns(values, info.values[values.index("domeTurns")], *light);
   if (!light->isBlack && light->map.valid() && light->isRectangle) {
     const auto wide = [](const Float3& a) { return normalized({a.x, a.y, a.z}); };
-    const lightParts::PortalTable::Setup setup{&light->map,        wide(light->unitX),    wide(light->unitY),
-                                               light->normal64,    wide(light->domeX),    wide(light->domeY),
-                                               wide(light->domeZ), light->common.radiance};
+    lightParts::PortalTable::Setup setup{&light->map,
+                                         wide(light->unitX),
+                                         wide(light->unitY),
+                                         light->normal64,
+                                         {},
+                                         light->common.radiance,
+                                         lightParts::PortalTable::sizeFor(light->map)};
+    const double angle = angleOf(light->turns);
+    const int32_t times = angle > 0 ? lightParts::PortalTable::timesFor(angle, setup.size) : 1;
+    for (int32_t k = 0; k < times; ++k) setup.domes.push_back(domeAt(*light, (k + 0.5) / times));
     double mean[3];
     lightParts::PortalTable::build(setup, light->seen, light->emitted, mean);
     std::copy(mean, mean + 3, light->map.mean);  // of what passes the portal, for its share among the lights
@@ -254,12 +326,37 @@ struct PxrPortalLight {
     return l * lookUp<W, true>(k.of, u, v);
   }
 
+  // Where the dome at rest has what is seen along wi at that time.
+  template <int W>
+  static KN_INLINE Vec3<W> turned(const Data& light, Vec3<W> wi, Float<W> time) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const F place = clamp(time, F(0.f), F(1.f)) * F(float(light.lastTurn));
+    const I last(light.lastTurn - 1);
+    I from = toInt(place);
+    from = select(from < I(0), I(0), select(from > last, last, from));  // whatever lanes without a time hold
+    const F b = place - toFloat(from), a = F(1.f) - b;
+    const I at = from * I(4);
+    F q[4];
+    for (int c = 0; c < 4; ++c)
+      q[c] = fma(a, gather(light.turns.data() + c, at), b * gather(light.turns.data() + 4 + c, at));
+    const F scale = F(1.f) / sqrt(fma(q[0], q[0], fma(q[1], q[1], fma(q[2], q[2], q[3] * q[3]))));
+    const Vec3<W> axis = Vec3<W>(q[1], q[2], q[3]) * scale, t = cross(axis, wi) * F(2.f);
+    return fma(t, q[0] * scale, wi + cross(axis, t));
+  }
+  template <int W>
+  static KN_INLINE Rgb<W> radianceAt(const Lanes<W>& k, const Data& light, Vec3<W> wi, Float<W> time) {
+    return radiance<W>(k, light.turns.empty() ? wi : turned<W>(light, wi, time), time, time, time);
+  }
+
   template <int W>
   static KN_INLINE void sample(const Data& light, const LightPoint<W>& in, LightSample<W>& out) {
     using F = Float<W>;
     const LightOf<Data, W> of(light);
     Plain::template sample<W>(of, in, out);
-    if (light.isBlack || !light.seen.valid()) return;
+    if (light.isBlack) return;
+    if (!light.turns.empty()) out.radiance = radianceAt<W>(Lanes<W>(of), light, out.wi, in.time);
+    if (!light.seen.valid()) return;
     const Lanes<W> k(of);
     const SphericalRectangle<W> r(k, in.P);
     const PortalView<W> view(light.seen, r, k.isRectangle);
@@ -273,7 +370,7 @@ struct PxrPortalLight {
     s.wi = fma(k.unitX, x, fma(k.unitY, y, k.normal * -view.z)) * inverse;
     s.distance = distance;
     s.pdf = density * (view.cells * view.cells) * bySolidAngle(x * inverse, y * inverse, view.z * inverse);
-    s.radiance = radiance<W>(k, s.wi, x, y, x);
+    s.radiance = radianceAt<W>(k, light, s.wi, in.time);
     s.delta = Mask<W>(false);
     out = select(view.usable, s, out);
   }
@@ -288,10 +385,12 @@ struct PxrPortalLight {
     using F = Float<W>;
     const LightOf<Data, W> of(light);
     Plain::template evaluate<W>(of, ray, l, pdf);
-    if (light.isBlack || !light.seen.valid()) return;
+    if (light.isBlack) return;
     const Mask<W> hit = pdf > F(0.f);
     if (hit.none()) return;
     const Lanes<W> k(of);
+    if (!light.turns.empty()) l = zeroUnless(hit, radianceAt<W>(k, light, ray.d, ray.time));
+    if (!light.seen.valid()) return;
     const PortalView<W> view(light.seen, SphericalRectangle<W>(k, ray.o), k.isRectangle);
     if ((hit & view.usable).none()) return;
     const F x = dot(ray.d, k.unitX), y = dot(ray.d, k.unitY), z = max(-dot(ray.d, k.normal), F(1e-15f));
@@ -306,7 +405,9 @@ struct PxrPortalLight {
     using F = Float<W>;
     const LightOf<Data, W> of(light);
     Plain::template emit<W>(of, in, out);
-    if (light.isBlack || !light.emitted.valid()) return;
+    if (light.isBlack) return;
+    if (!light.turns.empty()) out.radiance = radianceAt<W>(Lanes<W>(of), light, -out.d, in.time);
+    if (!light.emitted.valid()) return;
     const Lanes<W> k(of);
     const F n(float(light.emitted.size())), perCell = F(kPi) / n;
     F x, y, density;
@@ -321,7 +422,7 @@ struct PxrPortalLight {
     out.d = -wi;
     out.pdfDirection =
         density * (n * n * F(kInvPi * kInvPi)) * bySolidAngle(dot(wi, k.unitX), dot(wi, k.unitY), -dot(wi, k.normal));
-    out.radiance = radiance<W>(k, wi, x, y, x);
+    out.radiance = radianceAt<W>(k, light, wi, in.time);
   }
 
   template <int W>

@@ -1,7 +1,8 @@
 // Proves: a portal of an even dome is a rectangle of the dome's radiance (closed form); with a map, and the dome turned
 // any way, its irradiance is the integral of the map over the rectangle in double precision, whether sampled or looked
 // at; samples have the density of what is seen, from near, far and aslant, and light paths that of what passes; densities
-// and widths agree; a matrix that is none is told. Misses: which dome a scene's portal shows
+// and widths agree; a dome that turns is at each time what a still one is that stands so, for samples, rays and light paths;
+// a matrix and turns that are none are told. Misses: which dome a scene's portal shows
 // (tests/truth/portals_test.cpp).
 #include "plugins/light/dome_testing.h"
 
@@ -165,6 +166,103 @@ TEST(PxrPortalLight, RaysThatComeBackHaveTheDensitiesOfLightPaths) {
       off += !(std::fabs(back.a[11][i] - r.a[17][i]) <= 1e-3 * r.a[17][i]) || back.a[10][i] != r.a[16][i];
     }
     EXPECT_LE(off, 2u) << "directions between two cells may be either's";
+  }
+}
+
+// v turned about the unit axis.
+Vec turnedAbout(const Vec& axis, double angle, const Vec& v) {
+  const Vec across{axis[1] * v[2] - axis[2] * v[1], axis[2] * v[0] - axis[0] * v[2], axis[0] * v[1] - axis[1] * v[0]};
+  return v * std::cos(angle) + across * std::sin(angle) + axis * (dot(axis, v) * (1 - std::cos(angle)));
+}
+
+TEST(PxrPortalLight, DomesTurnWithTime) {
+  const Picture even(64, 32, smooth), bright(64, 32, sun);
+  const Matrix m = turned(2, 0.7, 1, {1, 2, 3});
+  const auto row = [&](size_t i) { return Vec{m[4 * i], m[4 * i + 1], m[4 * i + 2]}; };
+  const Vec about = unit(Vec{0.3, 1, -0.4});
+  constexpr size_t kTurns = 33;
+  const auto angleAt = [](double time) { return (time - 0.5) * 2; };  // radians
+  std::vector<float> turns;
+  for (size_t k = 0; k < kTurns; ++k) {
+    const double half = angleAt(double(k) / (kTurns - 1)) / 2, side = k % 5 ? 1 : -1;  // q and -q are one turn
+    turns.push_back(float(side * std::cos(half)));
+    for (size_t c = 0; c < 3; ++c) turns.push_back(float(side * about[c] * std::sin(half)));
+  }
+  const std::vector<float> atRest = toDome(unit(Vec{0.3, -0.9, 0.2}), {1, 1, 1}, 1);
+  for (const Picture* picture : {&even, &bright}) {
+    TestLight light(kName, {kMapped, Setting{"portalToDome", atRest, ""}, Setting{"domeTurns", turns, ""}}, m,
+                    &picture->image);
+    EXPECT_TRUE(light.warnings.empty());
+    expectDensitiesAgree(light, pointsAround(light, 20, 0.2, 8));
+    expectWidthsAgree(light, pointsAround(light, 20, 0.2, 8));
+    expectNoNaN(light);
+    for (const double time : {0.0, 0.35, 0.5, 1.0}) {
+      // the still one: portal's axes as the dome of that time has them
+      std::vector<float> stands(16, 0.f);
+      for (size_t j = 0; j < 3; ++j)
+        for (size_t i = 0; i < 3; ++i)
+          for (size_t k = 0; k < 3; ++k)
+            stands[4 * j + k] +=
+                float(dot(turnedAbout(about, angleAt(time), unit(row(j))), unit(row(i)))) * atRest[4 * i + k];
+      stands[15] = 1;
+      TestLight still(kName, {kMapped, Setting{"portalToDome", stands, ""}}, m, &picture->image);
+      for (const Vec& p : {Vec{1, 2, 3} + unit(row(2)) * 0.8, Vec{1, 2, 3} + unit(row(2)) * 2 + row(0) * 0.7}) {
+        Rays a(128 * 128), b(128 * 128);
+        fillGrid(a.a[3], a.a[4], 128, 1);
+        for (size_t c = 0; c < 3; ++c) std::fill(a.a[c].begin(), a.a[c].end(), float(p[c]));
+        std::fill(a.a[23].begin(), a.a[23].end(), float(time));
+        light.sample(a);
+        light.evaluate(a);
+        for (size_t c = 0; c < 9; ++c) b.a[c] = a.a[c];
+        still.evaluate(b);
+        double sum = 0, expected = 0, most = 0;
+        uint32_t between = 0;
+        for (uint32_t i = 0; i < a.n; ++i) most = std::fmax(most, mean3(b, 13, i));
+        for (uint32_t i = 0; i < a.n; ++i) {
+          ASSERT_GT(a.a[12][i], 0);
+          sum += mean3(a, 9, i) / a.a[12][i] / a.n;
+          expected += mean3(b, 13, i) / a.a[12][i] / a.n;
+          ASSERT_NEAR(mean3(a, 9, i), mean3(b, 13, i), 2e-3 * most) << time;
+          ASSERT_NEAR(mean3(a, 13, i), mean3(b, 13, i), 2e-3 * most) << time;
+          between += !(std::fabs(a.a[16][i] - a.a[12][i]) <= 1e-4 * a.a[12][i]);
+        }
+        EXPECT_LE(between, a.n / 1000) << "directions between two cells may be either's";
+        EXPECT_NEAR(sum, expected, 2e-3 * expected) << time;
+      }
+      // light paths, seen by who looks back along them
+      Rays out(1024), back(1024);
+      fillGrid(out.a[0], out.a[1], 32, 4);
+      fillGrid(out.a[2], out.a[3], 32, 5);
+      std::fill(out.a[23].begin(), out.a[23].end(), float(time));
+      light.emit(out);
+      for (uint32_t i = 0; i < out.n; ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+          back.a[c][i] = out.a[4 + c][i] + out.a[7 + c][i];
+          back.a[5 + c][i] = -out.a[7 + c][i];
+        }
+        back.a[8][i] = 1;
+      }
+      still.evaluate(back);
+      double most = 0;
+      for (uint32_t i = 0; i < out.n; ++i) most = std::fmax(most, mean3(back, 13, i));
+      ASSERT_GT(most, 0);
+      uint32_t off = 0;
+      for (uint32_t i = 0; i < out.n; ++i) off += std::fabs(mean3(out, 13, i) - mean3(back, 13, i)) > 2e-3 * most;
+      EXPECT_LE(off, 2u) << "of rays near the edge";
+    }
+  }
+}
+
+TEST(PxrPortalLight, WhatAreNoTurnsIsTold) {
+  const Picture picture(64, 32, smooth);
+  const TestLight still(kName, {kMapped}, identity(), &picture.image);
+  for (const std::vector<float>& wrong : {std::vector<float>{1, 0, 0}, std::vector<float>{1, 0, 0, 0},
+                                          std::vector<float>(8, 0.f), std::vector<float>{1, 0, 0, 0, 0, 0, 0, 0}}) {
+    const TestLight light(kName, {kMapped, Setting{"domeTurns", wrong, ""}}, identity(), &picture.image);
+    ASSERT_EQ(light.warnings.size(), 1u);
+    EXPECT_NE(light.warnings[0].find("LIGHT-PORTAL"), std::string::npos);
+    EXPECT_EQ(irradianceBySampling(light, {0, 0, 1}, {0, 0, -1}, 64),
+              irradianceBySampling(still, {0, 0, 1}, {0, 0, -1}, 64));
   }
 }
 

@@ -7,24 +7,42 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <vector>
 
 namespace kinora::lightParts {
 
 class PortalTable {
  public:
+  struct Axes {
+    Double3 x, y, z;
+  };
   // Axes of the portal and of the dome, orthonormal, in one space; directions through the portal have a negative part along
   // `normal`. `radiance`: what the map's channels are multiplied by.
   struct Setup {
     const LightMap* map;
-    Double3 portalX, portalY, normal, domeX, domeY, domeZ;
+    Double3 portalX, portalY, normal;
+    std::vector<Axes> domes;  // one; of a dome that turns, those of times that share the table
     const float* radiance;
+    int32_t size;  // cells along each axis: even
   };
 
-  // Cells of `seen` hold radiance by solid angle, those of `emitted`, twice as wide, times the cosine to the normal.
-  // mean[c]: of the map's channel over the directions through the portal, by that cosine.
+  // Cells as wide as the map's texels.
+  static int32_t sizeFor(const LightMap& map) { return std::clamp(map.height + map.height % 2, 64, 1024); }
+  // How many times of a dome that turns by `angle` (radians, all its way) share a table, so that it goes by about a cell
+  // between two of them; makes the cells wider where that takes long.
+  static int32_t timesFor(double angle, int32_t& size) {
+    constexpr double kMostCells = 1 << 21;  // looked up in all: half a second
+    const auto times = [&] { return int32_t(std::clamp(std::ceil(angle / kPi * size), 2.0, 64.0)); };
+    while (size > 64 && double(size) * size * times() > kMostCells) size = std::max(64, size / 4 * 2);
+    return times();
+  }
+
+  // Cells of `seen` hold radiance by solid angle, those of `emitted`, twice as wide, times the cosine to the normal; means
+  // over the domes. mean[c]: of the map's channel over the directions through the portal, by that cosine.
   static void build(const Setup& s, PortalTable& seen, PortalTable& emitted, double mean[3]) {
     const LightMap& map = *s.map;
-    const size_t n = size_t(std::clamp(map.height + map.height % 2, 64, 1024));
+    const size_t n = size_t(s.size);
     std::vector<double> value(n * n, 0.0), passing(n * n / 4, 0.0);
     // lookups at corners no farther from each other than texels of maps up to twice as high are
     const size_t side = size_t(map.height) <= n / 2 ? 1 : 2, fine = n * side;
@@ -40,8 +58,7 @@ class PortalTable {
     for (auto& r : row) r.resize(fine + 1);
     const auto lookUpRow = [&](size_t i) {
       for (size_t j = 0; j <= fine; ++j)
-        lookUp(map, toDome(s, normalized(s.portalX * edges[i] + s.portalY * edges[j] - s.normal)),
-               row[i & 1][j].data());
+        lookUp(s, normalized(s.portalX * edges[i] + s.portalY * edges[j] - s.normal), row[i & 1][j].data());
     };
     double sums[3] = {0, 0, 0}, weights = 0;
     lookUpRow(0);
@@ -83,34 +100,50 @@ class PortalTable {
   static constexpr double kPi = 3.14159265358979323846;
 
   // Adds radiance times solid angle of the texels to cells, and that times the cosine to cells twice as wide and by channel.
+  // Of many domes each texel stands in some, its neighbours in others.
   static void count(const Setup& s, size_t n, std::vector<double>& value, std::vector<double>& passing,
                     double counted[3]) {
     const LightMap& map = *s.map;
     const auto cellOf = [n](double tangent) {
       return size_t(std::clamp((std::atan(tangent) / kPi + .5) * double(n), 0.0, double(n) - 1));
     };
+    constexpr size_t kMostTexels = 1 << 24;  // a second
+    const size_t domes = s.domes.size(), texels = size_t(map.width) * size_t(map.height);
+    const size_t each = std::clamp<size_t>(kMostTexels / texels, 1, domes);
     for (int32_t y = 0; y < map.height; ++y) {
       const double polar = kPi * (y + .5) / map.height, sine = std::sin(polar);
-      const double solidAngle = 2 * kPi / map.width * kPi / map.height * sine;
+      const double solidAngle = 2 * kPi / map.width * kPi / map.height * sine / double(each);
       for (int32_t x = 0; x < map.width; ++x) {
         const double phi = -2 * kPi * (x + .5) / map.width;
-        const Double3 d =
-            s.domeX * (sine * std::cos(phi)) + s.domeY * (sine * std::sin(phi)) + s.domeZ * std::cos(polar);
-        const double cosine = -dot(d, s.normal);
-        if (!(cosine > 1e-9)) continue;
-        double sum = 0;
-        for (int c = 0; c < 3; ++c) {
-          const double texel = map.texel(size_t(y) * size_t(map.width) + size_t(x), c);
-          counted[c] += texel * cosine * solidAngle;
-          sum += std::fabs(texel * s.radiance[c]);
+        const size_t at = size_t(y) * size_t(map.width) + size_t(x);
+        for (size_t k = 0; k < each; ++k) {
+          const Axes& dome = s.domes[(at * 40503 + k * domes / each) % domes];  // 40503: 2^16 by the golden ratio
+          const Double3 d =
+              dome.x * (sine * std::cos(phi)) + dome.y * (sine * std::sin(phi)) + dome.z * std::cos(polar);
+          const double cosine = -dot(d, s.normal);
+          if (!(cosine > 1e-9)) continue;
+          double sum = 0;
+          for (int c = 0; c < 3; ++c) {
+            const double texel = map.texel(at, c);
+            counted[c] += texel * cosine * solidAngle;
+            sum += std::fabs(texel * s.radiance[c]);
+          }
+          const size_t i = cellOf(dot(d, s.portalX) / cosine), j = cellOf(dot(d, s.portalY) / cosine);
+          value[i * n + j] += sum * solidAngle;
+          passing[i / 2 * (n / 2) + j / 2] += sum * solidAngle * cosine;
         }
-        const size_t i = cellOf(dot(d, s.portalX) / cosine), j = cellOf(dot(d, s.portalY) / cosine);
-        value[i * n + j] += sum * solidAngle;
-        passing[i / 2 * (n / 2) + j / 2] += sum * solidAngle * cosine;
       }
     }
   }
-  static Double3 toDome(const Setup& s, Double3 d) { return {dot(d, s.domeX), dot(d, s.domeY), dot(d, s.domeZ)}; }
+  static void lookUp(const Setup& s, Double3 d, double texel[3]) {
+    double sum[3] = {0, 0, 0};
+    for (const Axes& dome : s.domes) {
+      double one[3];
+      lookUp(*s.map, {dot(d, dome.x), dot(d, dome.y), dot(d, dome.z)}, one);
+      for (int c = 0; c < 3; ++c) sum[c] += one[c];
+    }
+    for (int c = 0; c < 3; ++c) texel[c] = sum[c] / double(s.domes.size());
+  }
   // Bilinear, as light_author.h looks up.
   static void lookUp(const LightMap& m, Double3 d, double texel[3]) {
     double u = std::atan2(d.y, d.x) * (-.5 / kPi);
