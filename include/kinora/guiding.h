@@ -486,6 +486,7 @@ class LightLessons {
     slot_ = words(points);
     ofRay_ = words(points + kPad);
     brought_ = reinterpret_cast<float*>(words(points));
+    factor_ = reinterpret_cast<float*>(words(points + kPad));
     lessons_ = static_cast<guiding::Lesson*>(sv_->alloc(g_, points * sizeof(guiding::Lesson)));
   }
   // The points of a context, before its rays: throughput of their paths; how many samples they take.
@@ -495,6 +496,7 @@ class LightLessons {
       const uint32_t s = c.path[i];
       slot_[count_] = s;
       brought_[count_] = 0;
+      factor_[count_] = 1;
       const float t = (throughput[0][s] + throughput[1][s] + throughput[2][s]) * (1.f / 3.f);
       const bool isTaught =
           g_->teaches[s] && samples.light[i] != kNoLight && samples.cluster && samples.chance[i] > 0;
@@ -510,6 +512,11 @@ class LightLessons {
   }
   // By point of the context that was added last: what its ray brings, to be added up as the mean of the channels.
   float* brought() { return brought_ + first_; }
+  // What their rays bring counts so many times, where it has been weighed against techniques that choose no lights.
+  void scale(Mask<W> on, uint32_t i, Float<W> factor) {
+    float* at = factor_ + first_ + i;
+    select(on, factor, Float<W>::load(at)).store(at);
+  }
   // Rays of some of W of its points, from i on.
   void addRays(const Packer<W>& pack, uint32_t i, uint32_t ray) {
     pack.put(Int<W>::lanes(int32_t(first_ + i)), ofRay_ + ray);
@@ -529,7 +536,7 @@ class LightLessons {
     for (uint32_t i = 0; i < count_; ++i) {
       guiding::Lesson l = lessons_[i];
       if (!(l.cell & guiding::kOfLight)) continue;
-      const float v = brought_[i] * l.light;
+      const float v = brought_[i] * factor_[i] * l.light;
       l.light = v * v * l.visits;
       l.visits = 1 / l.visits;
       if (!(l.light < 1e30f) || !(l.visits < 1e30f)) continue;  // no number either
@@ -543,7 +550,7 @@ class LightLessons {
   Group* g_;
   const Services* sv_;
   uint32_t *slot_, *ofRay_, first_ = 0, count_ = 0;
-  float* brought_;
+  float *brought_, *factor_;
   guiding::Lesson* lessons_;
 };
 

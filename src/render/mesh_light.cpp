@@ -19,9 +19,14 @@ void warnOfWhatLightsLack(const scene::Light& l, const geometry::Mesh& mesh, boo
                         instead, "an object that glows (PxrConstant, glowGain) has any shape");
   };
   if (mesh.isStrand()) return warn(", and lights of geometry have surfaces", "it is left out");
-  if (mesh.times.size() > 1)
+  const bool deforms = mesh.times.size() > 1, isPlain = !isDisplaced && p.attributes && p.attributes->displacement &&
+                                                        p.attributes->getInt("trace:displacements", 1);
+  if (deforms && isPlain)
+    warn(" that is displaced and deforms while the shutter is open",
+         "light comes from where it was before its displacement, with the shape of the middle of that time");
+  else if (deforms)
     warn(" that deforms while the shutter is open", "it keeps the shape of the middle of that time");
-  if (!isDisplaced && p.attributes && p.attributes->displacement && p.attributes->getInt("trace:displacements", 1))
+  else if (isPlain)
     warn(" that is displaced", "light comes from where it was before");
   if (p.solid) warn(" that is a part of a solid", "light comes from all of it, whatever the solid leaves of it");
 }

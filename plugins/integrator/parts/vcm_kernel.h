@@ -378,11 +378,13 @@ class Vcm {
         glossy = Vec3<W>::get(paths_.throughput, s) * Vec3<W>::load(ls.specularRadiance, i) *
                  (F(1.f) / (pdf * (F(1.f) + others) * F(float(parts))));
       // As if nothing were in the way there are rays that meet lights beside it, and no more; and nothing beside samples
-      // of what media emit.
+      // of what media emit. Nor does more count for what is learned: paths from the lights make up for what a choice
+      // leaves out, so that one by what they leave of it would leave out ever more.
       F alone = F(1.f) + others;
-      if (sv_->wantsUnshadowed)
+      if (sv_->wantsUnshadowed || lessons)
         alone = alone / (F(1.f) + zeroUnless((Int<W>::load(ls.light + i) != Int<W>(kNoLight)) & !light.isDelta<W>(i),
                                              found / light.direct<W>(i)));
+      if (lessons) lessons->scale(on, i, alone);
       const Int<W> ray = arrivals_.from(on, i, wi, F::load(ls.distance + i), c.slotCount,
                                         ls.spread ? F::load(ls.spread + i) : F(0.f), Int<W>::load(ls.light + i));
       for (uint32_t l = 0; l < c.slotCount; ++l) {
