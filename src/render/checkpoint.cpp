@@ -53,7 +53,7 @@ class StateReader {
  private:
   void take(void* to, size_t n) {
     isGood_ = isGood_ && n <= bytes_.size() - at_;
-    if (!isGood_) return;
+    if (!isGood_ || n == 0) return;  // an empty list is nowhere
     std::memcpy(to, bytes_.data() + at_, n);
     at_ += n;
   }
