@@ -79,6 +79,12 @@ struct LevelledSurface::Workspace {
   std::array<uint32_t, 4> atCorner{}, cornerPairs{};
   std::vector<V3f> points, normals;
   std::vector<V3d> offsets, normalsOfPoint;  // scratch
+  // The first `n` of where points go to: those of the grid.
+  const V3f* floats(size_t n) {
+    points.resize(n);
+    for (size_t i = 0; i < n; ++i) points[i] = V3f(moved[i]);
+    return points.data();
+  }
   // Of one patch.
   double longest = 0;
   uint32_t notFinite = 0, beyondBound = 0;
@@ -164,9 +170,7 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
       Imath::Box3d box;
       for (const V3d& x : w.moved) box.extendBy(V3d(V3f(x)));
       set(p, box);
-      w.points.resize(w.moved.size());
-      for (size_t i = 0; i < w.points.size(); ++i) w.points[i] = V3f(w.moved[i]);
-      keepOutline(p, w.points.data());
+      keepOutline(p, w.floats(w.moved.size()));
       for (double was = longest_; was < w.longest && !longest_.compare_exchange_weak(was, w.longest);) {
       }
     });
@@ -494,10 +498,9 @@ Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
   tell(w, patch);
   findNormals(patch, level, w);
   const int eu = std::max(0, patches_->eu(patch) - level), ev = std::max(0, patches_->ev(patch) - level);
-  w.points.resize(w.normals.size());
-  for (size_t i = 0; i < w.points.size(); ++i) w.points[i] = V3f(w.moved[i]);
-  if (level == 0) keepOutline(patch, w.points.data());
-  Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data());
+  const V3f* points = w.floats(w.normals.size());
+  if (level == 0) keepOutline(patch, points);
+  Tessellation::Ptr made = Tessellation::make(eu, ev, points, w.normals.data());
   setup_.counters->vertices.fetch_add(w.request.size(), std::memory_order_relaxed);
   setup_.counters->nanoseconds.fetch_add(
       uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count()),

@@ -4,14 +4,14 @@
 #include <optional>
 #include <utility>
 
+#include "render/mesh_light.h"
 #include "scene/digests.h"
 
 namespace kinora::render {
 
 namespace {
 
-constexpr uint32_t kMostTrianglesOfLight = 200'000;  // a light looks through all of them when it is made
-constexpr double kEdgesAcrossLight = 128;            // of the diagonal of its box
+constexpr double kEdgesAcrossLight = 128;  // of the diagonal of its box
 
 bool isMirrored(const CameraState& camera) { return camera.worldToCamera.determinant() < 0; }
 

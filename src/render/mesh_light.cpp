@@ -38,7 +38,7 @@ EmittingMesh emittingMesh(const scene::Light& l, const geometry::Mesh* displaced
   EmittingMesh out;
   geometry::DiceRate rate;  // no camera: each kind's plain rate, since a light's outline is never seen sharply
   rate.worldMirrored = worldMirrored;
-  rate.maxTriangles = 200'000;
+  rate.maxTriangles = kMostTrianglesOfLight;
   std::optional<geometry::Mesh> plain;
   if (!displaced) plain = geometry::tessellate(*l.geometry, rate, diagnostics);
   const geometry::Mesh* mesh = displaced ? displaced : plain ? &*plain : nullptr;

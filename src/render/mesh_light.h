@@ -3,6 +3,7 @@
 #pragma once
 #include <kinora/light_mesh.h>
 
+#include <cstdint>
 #include <vector>
 
 #include "base/diagnostics.h"
@@ -10,6 +11,8 @@
 #include "scene/scene.h"
 
 namespace kinora::render {
+
+inline constexpr uint32_t kMostTrianglesOfLight = 200'000;  // a light looks through all of them when it is made
 
 struct EmittingMesh {
   std::vector<float> points;  // render space

@@ -21,6 +21,7 @@
 #include "image/colors.h"
 #include "plugin/refused.h"
 #include "plugin/registry.h"
+#include "render/cache_pressure.h"
 #include "render/camera_attributes.h"
 #include "render/check_scene.h"
 #include "render/checkpoint.h"
@@ -519,25 +520,6 @@ struct Renderer::Impl {
     if (Memory::limit() > 0) countedTiles.set(int64_t(builder.textures().statistics().cacheBytes));
   }
 
-  // What caches of bounded size have made or read, and what of it is gone, or came once more because it was.
-  struct CacheWork {
-    uint64_t all = 0, lost = 0;
-  };
-  std::array<CacheWork, 2> cacheWork() {
-    Statistics now;
-    builder.countLevels(now);
-    const TextureStatistics t = builder.textures().statistics();
-    return {CacheWork{now.geometry.made, now.geometry.evicted}, CacheWork{t.cacheMisses, t.tilesAgain}};
-  }
-  // Whether much of what a pass made is not there for the next one: then one of many samples makes it once for all of
-  // these.
-  bool isCrowded(const std::array<CacheWork, 2>& before) {
-    const std::array<CacheWork, 2> now = cacheWork();
-    for (size_t k = 0; k < now.size(); ++k)
-      if (const uint64_t all = now[k].all - before[k].all; 4 * (now[k].lost - before[k].lost) > all) return true;
-    return false;
-  }
-
   // Where the pass that begins at `a` ends: passes end on the same counts however a frame is split, but one that
   // would outlast the time of a snapshot or a checkpoint is cut, and where caches are crowded those to come are as long
   // as passes get. Neither changes a pixel.
@@ -712,10 +694,10 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
     auto lastSnapshot = Clock::now();
     bool complete = true, showed = false, leaves = false;
     const bool keepsSums = settings.firstSample >= 0 || checkpoints.wanted().isOn();
+    CachePressure caches(builder);
     bool crowded = false;
     for (int a = counts.first + samplesDone * counts.stride; a < counts.last && active.count() > 0;) {
       const int b = passEnd(a, since(start), crowded);
-      const std::array<CacheWork, 2> before = cacheWork();
       if (renderTime) renderTime->look();
       if (keepsSums) checkpoints.passBegins(sampled());
       fitRecords(a, b);
@@ -724,7 +706,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
         break;
       }
       checkpoints.passEnds();
-      crowded = isCrowded(before);
+      crowded = caches.isHigh();
       samplesTaken += uint64_t(b - a) * active.count();
       samplesDone += b - a;
       a = b - 1 + counts.stride;

@@ -34,10 +34,7 @@ bool GridOutline::mayMeet(const std::array<float, 6>& box, const GridRay& ray) c
   float near[kBoxes], far[kBoxes];
   std::fill_n(near, kBoxes, ray.tMin);
   std::fill_n(far, kBoxes, ray.tMax);
-  float most = 0;
-  for (size_t k = 0; k < 3; ++k)
-    for (const float x : {box[k], box[3 + k]}) most = std::max({most, std::fabs(x - ray.o[k]), std::fabs(x)});
-  const float slack = most * 4e-6f;  // twice that of the tests of tessellations
+  const float slack = 2 * slackOf(ray, box.data());  // twice that of the tests of tessellations
   for (size_t k = 0; k < 3; ++k) {
     const float part = (box[3 + k] - box[k]) / kParts, from = box[k] - ray.o[k], inverse = ray.inverse[k];
     const float outward = std::copysign(slack, inverse);

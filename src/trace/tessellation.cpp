@@ -34,16 +34,6 @@ struct Box {
   }
 };
 
-// Beyond rounding of the tests, which is that of the numbers they begin with.
-float slackOf(const GridRay& ray, const float box[6]) {
-  float most = 0;
-  for (int k = 0; k < 3; ++k) {
-    most = std::max(most, std::max(std::fabs(box[k] - ray.o[k]), std::fabs(box[3 + k] - ray.o[k])));
-    most = std::max(most, std::max(std::fabs(box[k]), std::fabs(box[3 + k])));
-  }
-  return most * 2e-6f;
-}
-
 bool meetsBox(const GridRay& r, const float box[6], float slack) {
   float near = r.tMin, far = r.tMax;
   for (int k = 0; k < 3; ++k) {
@@ -56,6 +46,15 @@ bool meetsBox(const GridRay& r, const float box[6], float slack) {
 }
 
 }  // namespace
+
+float slackOf(const GridRay& ray, const float box[6]) {
+  float most = 0;
+  for (int k = 0; k < 3; ++k) {
+    most = std::max(most, std::max(std::fabs(box[k] - ray.o[k]), std::fabs(box[3 + k] - ray.o[k])));
+    most = std::max(most, std::max(std::fabs(box[k]), std::fabs(box[3 + k])));
+  }
+  return most * 2e-6f;
+}
 
 GridRay::GridRay(const float origin[3], const float direction[3], float nearest, float farthest)
     : tMin(nearest), tMax(farthest) {

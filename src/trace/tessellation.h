@@ -23,6 +23,10 @@ struct GridRay {
   float tMin, tMax;
 };
 
+// By how much a box (lower, then upper) is larger for a ray than it is: beyond rounding of the tests, which is that of the
+// numbers they begin with.
+float slackOf(const GridRay& ray, const float box[6]);
+
 struct GridHit {
   float t, u, v;  // u, v: over the whole patch, 0..1
   float ng[3];    // of the triangle, as long as twice its area; dP/du x dP/dv by orientation
