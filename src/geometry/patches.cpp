@@ -58,8 +58,22 @@ void Patches::splitIntoQuads() {
     edgesOf_.resize(mesh_->triangleCount() / 2);
     return;
   }
-  Mesh out = verticesOf(*mesh_);
-  VertexMeans means(out);
+  // the vertices at each key are a mesh of their own, to which the same are added; the first has the faces
+  std::vector<Mesh> at;
+  for (uint32_t key = 0; key < keyCount(); ++key) at.push_back(verticesOf(*mesh_, key));
+  std::vector<VertexMeans> means;
+  for (Mesh& m : at) means.emplace_back(m);
+  Mesh& out = at[0];
+  const auto between = [&](uint32_t a, uint32_t b) {
+    uint32_t v = 0;
+    for (VertexMeans& m : means) v = m.between(a, b);
+    return v;
+  };
+  const auto meanOf = [&](const uint32_t* of, int n) {
+    uint32_t v = 0;
+    for (VertexMeans& m : means) v = m.of(of, n);
+    return v;
+  };
   for (uint32_t t = 0; t < mesh_->triangleCount();) {
     const bool isQuad = mesh_->quadOf(t) == t;
     const int n = isQuad ? 4 : 3;
@@ -71,10 +85,10 @@ void Patches::splitIntoQuads() {
       uvCentre += uv[k] / float(n);
     }
     for (int k = 0; k < n; ++k) {
-      middle[k] = means.between(v[k], v[(k + 1) % n]);
+      middle[k] = between(v[k], v[(k + 1) % n]);
       uvMiddle[k] = (uv[k] + uv[(k + 1) % n]) * 0.5f;
     }
-    const uint32_t centre = means.of(v, n);
+    const uint32_t centre = meanOf(v, n);
     for (int k = 0; k < n; ++k) {
       const int before = (k + n - 1) % n;
       appendFacet(out, mesh_->faceOf(t), {v[k], middle[k], centre, middle[before]},
@@ -82,7 +96,16 @@ void Patches::splitIntoQuads() {
     }
     t += isQuad ? 2 : 1;
   }
-  out.points.reserve(out.points.size() + 2);  // for Embree, see trace/world.cpp
+  out.points.reserve(at.size() * out.points.size() + 2);  // for Embree, see trace/world.cpp
+  for (size_t key = 1; key < at.size(); ++key) {
+    out.points.insert(out.points.end(), at[key].points.begin(), at[key].points.end());
+    for (const Primvar& p : at[key].primvars) {
+      const auto same = std::find_if(out.primvars.begin(), out.primvars.end(),
+                                     [&](const Primvar& of) { return of.name == p.name; });
+      same->data.insert(same->data.end(), p.data.begin(), p.data.end());
+    }
+  }
+  out.times = mesh_->times;
   *mesh_ = std::move(out);
   edgesOf_.resize(mesh_->triangleCount() / 2);
 }
@@ -90,8 +113,13 @@ void Patches::splitIntoQuads() {
 bool Patches::isSmooth(uint32_t a, uint32_t b) const {
   if (a == b) return true;
   const Primvar* n = mesh_->find("N");
-  const float *x = &n->data[3 * size_t(a)], *y = &n->data[3 * size_t(b)];
-  return double(x[0]) * y[0] + double(x[1]) * y[1] + double(x[2]) * y[2] > kSmoothNormals;
+  const size_t keys = mesh_->movesWithKeys(*n) ? keyCount() : 1, stride = 3 * size_t(mesh_->vertexCount);
+  bool yes = true;  // at all times
+  for (size_t key = 0; key < keys && yes; ++key) {
+    const float *x = &n->data[key * stride + 3 * size_t(a)], *y = &n->data[key * stride + 3 * size_t(b)];
+    yes = double(x[0]) * y[0] + double(x[1]) * y[1] + double(x[2]) * y[2] > kSmoothNormals;
+  }
+  return yes;
 }
 
 void Patches::findEdges(const DiceRate& rate) {
@@ -110,14 +138,19 @@ void Patches::findEdges(const DiceRate& rate) {
         continue;
       }
       sidesOf.push_back(1);
-      const V3d from(mesh_->points[va]), to(mesh_->points[vb]);
-      const double length = (to - from).length();
-      double step = INFINITY;
-      for (int i = 0; i <= 4; ++i) step = std::min(step, rate.at(from + (to - from) * (i / 4.) + mesh_->origin));
+      double longest = 0;
       int exponent = 0;
-      while (exponent < kMostExponent && std::ldexp(step, exponent) < length * (1 - 1e-6)) ++exponent;
+      for (uint32_t key = 0; key < keyCount(); ++key) {
+        const size_t first = size_t(key) * mesh_->vertexCount;
+        const V3d from(mesh_->points[first + va]), to(mesh_->points[first + vb]);
+        const double length = (to - from).length();
+        double step = INFINITY;
+        for (int i = 0; i <= 4; ++i) step = std::min(step, rate.at(from + (to - from) * (i / 4.) + mesh_->origin));
+        while (exponent < kMostExponent && std::ldexp(step, exponent) < length * (1 - 1e-6)) ++exponent;
+        longest = std::max(longest, length);
+      }
       edges_.push_back(
-          {{std::min(a, b), std::max(a, b)}, 0, float(std::ldexp(length, -exponent)), uint8_t(exponent), false});
+          {{std::min(a, b), std::max(a, b)}, 0, float(std::ldexp(longest, -exponent)), uint8_t(exponent), false});
     }
   }
   uint32_t at = 0;

@@ -29,8 +29,8 @@ class Patches {
   struct Edge {
     uint32_t site[2];  // its ends, rising: points in space
     uint32_t firstSide;
-    float size;        // of a step at the finest rate, object units
-    uint8_t exponent;  // of that rate
+    float size;        // of a step at the finest rate, object units; the largest of all keys
+    uint8_t exponent;  // of that rate: the one of the key that asks for most
     bool isJoined;     // sides differ in what they carry: its points are moved as a mean
   };
   // A patch that has the edge or the corner. corner k: (0,0), (1,0), (1,1), (0,1); edge k leads from corner k to the
@@ -42,11 +42,13 @@ class Patches {
     uint16_t piece;   // equal ones: the surface is smooth from one to the other
   };
 
-  // `mesh`: of one key, without edges that only some faces have, primvars by vertex (refined()). Faces that are no
-  // quads are cut into quads, with all others. Edges are cut by `rate`; where that stops, nothing may be asked of it.
+  // `mesh`: without edges that only some faces have, primvars by vertex (refined()); of several keys, points that are
+  // one are so at all of them. Faces that are no quads are cut into quads, with all others. Edges are cut by `rate`;
+  // where that stops, nothing may be asked of it.
   Patches(Mesh mesh, const DiceRate& rate);
 
   const std::shared_ptr<Mesh>& mesh() const { return mesh_; }
+  uint32_t keyCount() const { return uint32_t(mesh_->keyCount()); }
   uint32_t count() const { return uint32_t(edgesOf_.size()); }
   const std::array<uint32_t, 4>& edgesOf(uint32_t patch) const { return edgesOf_[patch]; }
   const Edge& edge(uint32_t e) const { return edges_[e]; }

@@ -9,17 +9,26 @@ namespace kinora::geometry {
 
 inline uint64_t pairOf(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
 
-// The vertices of a mesh, and what it is, without its faces.
-inline Mesh verticesOf(const Mesh& mesh) {
+// The vertices of a mesh at one of its keys, and what it is, without its faces. Behind the first key the only primvar is
+// the one that has values for each: "N".
+inline Mesh verticesOf(const Mesh& mesh, size_t key = 0) {
   Mesh out;
   out.kind = mesh.kind;
   out.origin = mesh.origin;
   out.flipNormals = mesh.flipNormals;
   out.doubleSided = mesh.doubleSided;
   out.bounds = mesh.bounds;
-  out.points = mesh.points;
   out.vertexCount = mesh.vertexCount;
-  out.primvars = mesh.primvars;
+  const auto first = std::ptrdiff_t(key * mesh.vertexCount);
+  out.points.assign(mesh.points.begin() + first, mesh.points.begin() + first + std::ptrdiff_t(mesh.vertexCount));
+  for (const Primvar& p : mesh.primvars) {
+    const bool moves = mesh.movesWithKeys(p);
+    if (key > 0 && !moves) continue;
+    out.primvars.push_back(p);
+    if (!moves) continue;
+    const auto size = std::ptrdiff_t(size_t(p.width) * mesh.vertexCount), from = std::ptrdiff_t(key) * size;
+    out.primvars.back().data.assign(p.data.begin() + from, p.data.begin() + from + size);
+  }
   return out;
 }
 

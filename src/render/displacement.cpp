@@ -66,11 +66,12 @@ constexpr int kMostTries = 32;  // for so many
 // Where levels are asked for: of patches that are single micropolygons the boxes overlap, and rays look into many.
 constexpr uint64_t kLeastOfPatchAsked = 3;
 
-// That a mesh would be cut into.
-double trianglesOf(const geometry::Mesh& mesh, const geometry::DiceRate& rate) {
+// That a mesh would be cut into as it is at a key.
+double trianglesOf(const geometry::Mesh& mesh, const geometry::DiceRate& rate, int key = 0) {
   double sum = 0;
+  const Imath::V3f* const points = mesh.points.data() + size_t(key) * mesh.vertexCount;
   for (uint32_t t = 0; t < mesh.triangleCount(); ++t) {
-    const auto at = [&](int k) { return Imath::V3d(mesh.points[mesh.indices[3 * size_t(t) + size_t(k)]]); };
+    const auto at = [&](int k) { return Imath::V3d(points[mesh.indices[3 * size_t(t) + size_t(k)]]); };
     const Imath::V3d a = at(0), b = at(1), c = at(2), d = (a + b + c) / 3;
     double edge = INFINITY;
     for (const Imath::V3d& p : {a, b, c, d}) edge = std::min(edge, rate.at(p + mesh.origin));
@@ -468,11 +469,13 @@ bool Displacement::mayHaveLevels(size_t shape) const {
 std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, const geometry::DiceRate& rate,
                                                               double pixels, const std::atomic<bool>* stop,
                                                               geometry::Mesh& mesh, Found& found) const {
-  if (mesh.keyCount() > 1 || mesh.isStrand() || !mesh.triangleCount()) return nullptr;
+  if (mesh.isStrand() || !mesh.triangleCount()) return nullptr;
   const bool isAsked = flat_->shapes[shape].attributes->named.getInt("dice:levels", -1) > 0;
   const std::optional<geometry::Mesh> even = geometry::graded(mesh, rate);
   const geometry::Mesh& base = even ? *even : mesh;
-  const double wanted = trianglesOf(base, rate);
+  double wanted = trianglesOf(base, rate);
+  // as faces are cut by what the first and the last key ask for
+  if (base.keyCount() > 1) wanted = std::max(wanted, trianglesOf(base, rate, base.keyCount() - 1));
   const scene::Primitive& p = *flat_->shapes[shape].primitive;
   // polygons are the same faces again; where they are even no grading has to be made
   if (!even && std::holds_alternative<scene::PolygonMesh>(p.shape)) found.triangles = wanted;

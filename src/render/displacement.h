@@ -52,9 +52,9 @@ class Displacement {
              const Found& known) const;
   // Whether a shape's surface may be diced on demand: what it is, its rate and its attributes allow it.
   bool mayHaveLevels(size_t shape) const;
-  // The surface of a shape that moves, diced where rays ask, from its tessellation as if it were not displaced, with one
-  // key. pixels: length of a micropolygon's edge for the camera. Null: it is small enough to be diced at once, and `mesh` is as it
-  // was.
+  // The surface of a shape that moves, diced where rays ask, from its tessellation as if it were not displaced, with
+  // uniform keys. pixels: length of a micropolygon's edge for the camera. Null: it is small enough to be diced at once,
+  // and `mesh` is as it was.
   std::shared_ptr<const LevelledSurface> levelled(size_t shape, const geometry::DiceRate& rate, double pixels,
                                                   const std::atomic<bool>* stop, geometry::Mesh& mesh,
                                                   Found& found) const;

@@ -66,6 +66,7 @@ constexpr uint8_t kUnknown = 0, kBeingMade = 1, kKnown = 2;
 struct LevelledSurface::Workspace {
   explicit Workspace(const shade::ShadingWorld& world) : group(world) {}
   shade::GroupState group;
+  uint32_t key = 0;  // at which the points below are
   // Points of the surface: where they lie undisplaced, and go to; what a shader says of their normal (0: nothing).
   std::vector<V3d> base, moved, given;
   std::vector<uint32_t> firstRequest;  // by point; one more at the end
@@ -77,23 +78,23 @@ struct LevelledSurface::Workspace {
   std::array<uint32_t, 4> beyond{};
   std::array<bool, 4> hasBeyond{};
   std::array<uint32_t, 4> atCorner{}, cornerPairs{};
-  std::vector<V3f> points, normals;
   std::vector<V3d> offsets, normalsOfPoint;  // scratch
-  // The first `n` of where points go to: those of the grid.
-  const V3f* floats(size_t n) {
-    points.resize(n);
-    for (size_t i = 0; i < n; ++i) points[i] = V3f(moved[i]);
-    return points.data();
-  }
-  // Of one patch.
+  // Of one patch, over all keys: its grid, key after key.
+  std::vector<V3f> points, normals;
   double longest = 0;
   uint32_t notFinite = 0, beyondBound = 0;
+  void begin() {
+    points.clear();
+    normals.clear();
+    longest = 0;
+  }
 };
 
 LevelledSurface::LevelledSurface(Setup setup)
     : setup_(std::move(setup)),
       patches_(setup_.patches),
       normals_(patches_->mesh()->find("N")),
+      keys_(patches_->keyCount()),
       workspaces_([this] { return std::make_unique<Workspace>(setup_.world); }) {
   const shade::MaterialSet& materials = *setup_.world.materials;
   isMovedByShader_ = materials.program(materials[setup_.world.placements[0].material].program).isMovedByShader;
@@ -102,7 +103,7 @@ LevelledSurface::LevelledSurface(Setup setup)
   for (uint32_t p = 0; p < patches_->count(); ++p) {
     firstSlot_.push_back(slots);
     slots += uint32_t(std::max(patches_->eu(p), patches_->ev(p))) + 1;
-    largest = std::max(largest, Tessellation::bytesFor(patches_->eu(p), patches_->ev(p)));
+    largest = std::max(largest, Tessellation::bytesFor(patches_->eu(p), patches_->ev(p), keys_));
   }
   slots_ = std::vector<trace::GeometryCache::Slot>(slots);
   outlines_.resize(patches_->count());
@@ -123,39 +124,61 @@ LevelledSurface::LevelledSurface(Setup setup)
 LevelledSurface::~LevelledSurface() { setup_.cache->forget(this); }
 
 uint64_t LevelledSurface::bytes() const {
-  return patches_->bytes() + boxes_.size() * (sizeof boxes_[0] + sizeof outlines_[0] + sizeof outlineStates_[0]) +
-         firstSlot_.size() * sizeof(uint32_t) + slots_.size() * sizeof slots_[0];
+  return patches_->bytes() + boxes_.size() * sizeof boxes_[0] +
+         outlines_.size() * (sizeof outlines_[0] + sizeof outlineStates_[0]) + firstSlot_.size() * sizeof(uint32_t) +
+         slots_.size() * sizeof slots_[0];
 }
 
-void LevelledSurface::bounds(uint32_t patch, float lower[3], float upper[3]) const {
-  for (int k = 0; k < 3; ++k) {
-    lower[k] = boxes_[patch][size_t(k)];
-    upper[k] = boxes_[patch][size_t(3 + k)];
-  }
+void LevelledSurface::bounds(uint32_t patch, uint32_t key, float lower[3], float upper[3]) const {
+  const Box& box = boxes_[size_t(patch) * keys_ + key];
+  std::copy_n(box.data(), 3, lower);
+  std::copy_n(box.data() + 3, 3, upper);
+}
+
+LevelledSurface::Box LevelledSurface::boxAt(uint32_t patch, const trace::Moment& at) const {
+  const Box* const b = &boxes_[size_t(patch) * keys_ + at.key];
+  if (!(at.part > 0)) return *b;
+  Box out;
+  for (size_t k = 0; k < 6; ++k) out[k] = at.mix(b[0][k], b[1][k]);
+  return out;
+}
+
+LevelledSurface::Box LevelledSurface::boxOf(uint32_t patch) const {
+  const Box* const b = &boxes_[size_t(patch) * keys_];
+  Box out = *b;
+  for (uint32_t key = 1; key < keys_; ++key)
+    for (size_t k = 0; k < 3; ++k) {
+      out[k] = std::min(out[k], b[key][k]);
+      out[3 + k] = std::max(out[3 + k], b[key][3 + k]);
+    }
+  return out;
 }
 
 // Every resolution lies within the finest one's box.
 void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
-  boxes_.resize(patches_->count());
-  const auto set = [&](uint32_t patch, const Imath::Box3d& box) {
+  boxes_.resize(size_t(patches_->count()) * keys_);
+  const auto set = [&](uint32_t patch, uint32_t key, const Imath::Box3d& box) {
     const V3d size = box.size();
     double most = 0;
     for (int k = 0; k < 3; ++k) most = std::max({most, std::fabs(box.min[k]), std::fabs(box.max[k])});
     const double more = 1e-4 * size.length() + 1e-6 * most + 1e-30;  // than rounding may take away
+    Box& of = boxes_[size_t(patch) * keys_ + key];
     for (int k = 0; k < 3; ++k) {
-      boxes_[patch][size_t(k)] = float(box.min[k] - more);
-      boxes_[patch][size_t(3 + k)] = float(box.max[k] + more);
+      of[size_t(k)] = float(box.min[k] - more);
+      of[size_t(3 + k)] = float(box.max[k] + more);
     }
   };
   if (setup_.bound > 0) {
     longest_ = setup_.bound;
     for (uint32_t p = 0; p < patches_->count(); ++p) {
-      Imath::Box3d box;
-      for (int k = 0; k < 4; ++k) box.extendBy(V3d(patches_->mesh()->points[patches_->vertexOf(p, k)]));
       const double most = setup_.bound * (hasJoint(p) ? kMostAtJoint : 1);
-      box.min -= V3d(most);
-      box.max += V3d(most);
-      set(p, box);
+      for (uint32_t key = 0; key < keys_; ++key) {
+        Imath::Box3d box;
+        for (int k = 0; k < 4; ++k) box.extendBy(cornerAt(p, k, key));
+        box.min -= V3d(most);
+        box.max += V3d(most);
+        set(p, key, box);
+      }
     }
     return;
   }
@@ -165,12 +188,16 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
       if (stop && stop->load(std::memory_order_relaxed)) return;
       const ShadingFloats floats;
       Workspace& w = *workspaces_.local();
-      placePoints(p, 0, false, w);
+      w.begin();
+      for (w.key = 0; w.key < keys_; ++w.key) {
+        placePoints(p, 0, false, w);
+        addPointsOfGrid(p, 0, w);
+        Imath::Box3d box;
+        for (const V3d& x : w.moved) box.extendBy(V3d(V3f(x)));
+        set(p, w.key, box);
+      }
       tell(w, p);
-      Imath::Box3d box;
-      for (const V3d& x : w.moved) box.extendBy(V3d(V3f(x)));
-      set(p, box);
-      keepOutline(p, w.floats(w.moved.size()));
+      keepOutline(p, w.points.data());
       for (double was = longest_; was < w.longest && !longest_.compare_exchange_weak(was, w.longest);) {
       }
     });
@@ -179,16 +206,18 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
 
 // Whether sides that are moved as one meet at an angle at a corner of the patch, or along its edges.
 bool LevelledSurface::hasJoint(uint32_t patch) const {
-  const auto normal = [&](const Patches::Side& s) {
-    const float* n = &normals_->data[3 * size_t(patches_->vertexOf(s.patch, s.number))];
-    return V3d(n[0], n[1], n[2]);
+  const auto isSmooth = [&](const Patches::Side& a, const Patches::Side& b) {
+    bool yes = true;
+    for (uint32_t key = 0; key < keys_ && yes; ++key)
+      yes = normalAt(a.patch, a.number, key).dot(normalAt(b.patch, b.number, key)) > kSameNormal;
+    return yes;
   };
   for (int k = 0; k < 4; ++k) {
     uint32_t count;
     bool isJoined;
     const Patches::Side* sides = patches_->around(patches_->siteOf(patch, k), &count, &isJoined);
     for (uint32_t i = 1; i < count && isJoined; ++i)
-      if (!(normal(sides[i]).dot(normal(sides[0])) > kSameNormal)) return true;
+      if (!isSmooth(sides[i], sides[0])) return true;
   }
   return false;
 }
@@ -213,18 +242,27 @@ void LevelledSurface::tell(Workspace& w, uint32_t patch) const {
   w.notFinite = w.beyondBound = 0;
 }
 
-V3d LevelledSurface::basePoint(const Patches::Place& place) const {
+V3d LevelledSurface::cornerAt(uint32_t patch, int corner, uint32_t key) const {
+  const geometry::Mesh& mesh = *patches_->mesh();
+  return V3d(mesh.points[size_t(key) * mesh.vertexCount + patches_->vertexOf(patch, corner)]);
+}
+
+V3d LevelledSurface::normalAt(uint32_t patch, int corner, uint32_t key) const {
+  const geometry::Mesh& mesh = *patches_->mesh();
+  const size_t first = mesh.movesWithKeys(*normals_) ? size_t(key) * mesh.vertexCount : 0;
+  const float* n = &normals_->data[3 * (first + patches_->vertexOf(patch, corner))];
+  return V3d(n[0], n[1], n[2]);
+}
+
+V3d LevelledSurface::basePoint(const Patches::Place& place, uint32_t key) const {
   const double u = double(place.u) / kUnit, v = double(place.v) / kUnit;
-  const auto at = [&](int k) { return V3d(patches_->mesh()->points[patches_->vertexOf(place.patch, k)]); };
+  const auto at = [&](int k) { return cornerAt(place.patch, k, key); };
   return (at(0) * (1 - u) + at(1) * u) * (1 - v) + (at(3) * (1 - u) + at(2) * u) * v;
 }
 
-V3d LevelledSurface::baseNormal(const Patches::Place& place) const {
+V3d LevelledSurface::baseNormal(const Patches::Place& place, uint32_t key) const {
   const double u = double(place.u) / kUnit, v = double(place.v) / kUnit;
-  const auto at = [&](int k) {
-    const float* n = &normals_->data[3 * size_t(patches_->vertexOf(place.patch, k))];
-    return V3d(n[0], n[1], n[2]);
-  };
+  const auto at = [&](int k) { return normalAt(place.patch, k, key); };
   const V3d n = (at(0) * (1 - u) + at(1) * u) * (1 - v) + (at(3) * (1 - u) + at(2) * u) * v;
   const double length = n.length();
   return length > 0 ? n / length : V3d(0, 0, 1);
@@ -237,13 +275,13 @@ void LevelledSurface::addPoint(Workspace& w, const Patches::Place& place) const 
   const auto request = [&](const Patches::Place& at, float size) {
     w.request.push_back(at);
     w.radius.push_back(0.5f * size * setup_.toRender);
-    w.normal.push_back(baseNormal(at));
+    w.normal.push_back(baseNormal(at, w.key));
   };
   const auto sitePoint = [&](uint32_t site) {
     uint32_t count;
     bool isJoined;
     const Patches::Side& s = *all.around(site, &count, &isJoined);
-    return V3d(all.mesh()->points[all.vertexOf(s.patch, s.number)]);
+    return cornerAt(s.patch, s.number, w.key);
   };
   const auto atSite = [&](uint32_t site) {
     uint32_t count;
@@ -284,7 +322,7 @@ void LevelledSurface::addPoint(Workspace& w, const Patches::Place& place) const 
       }
     }
   } else {
-    w.base.push_back(basePoint(place));
+    w.base.push_back(basePoint(place, w.key));
     float size = 0;
     for (const uint32_t e : all.edgesOf(place.patch)) size += 0.25f * all.edge(e).size;
     request(place, size);
@@ -297,7 +335,6 @@ void LevelledSurface::placePoints(uint32_t patch, int level, bool isAround, Work
   w.request.clear();
   w.radius.clear();
   w.firstRequest.assign(1, 0);
-  w.longest = 0;
   const Patches& all = *patches_;
   const int eu = std::max(0, all.eu(patch) - level), ev = std::max(0, all.ev(patch) - level);
   const uint32_t nu = 1u << eu, nv = 1u << ev, stepU = kUnit >> eu, stepV = kUnit >> ev;
@@ -371,6 +408,7 @@ void LevelledSurface::movePoints(Workspace& w) const {
   w.turned.assign(isMovedByShader_ ? n : 0, V3d(0));
   Arena& arena = w.group.arena();
   const geometry::Mesh& mesh = *patches_->mesh();
+  const float timeOfKey = keys_ > 1 ? float(w.key) / float(keys_ - 1) : 0.5f;
   for (size_t begin = 0; begin < n; begin += kPlacesAtOnce) {
     const ArenaScope memory(arena);
     const uint32_t count = uint32_t(std::min<size_t>(kPlacesAtOnce, n - begin)), room = padded(kPlacesAtOnce);
@@ -389,9 +427,9 @@ void LevelledSurface::movePoints(Workspace& w) const {
       v[i] = float(isFirst ? place.v : place.v - place.u) / float(kUnit);
       number[i] = i;
       zero[i] = 0;
-      time[i] = 0.5f;
+      time[i] = timeOfKey;
       radius[i] = w.radius[from];
-      const V3d p = basePoint(place) + mesh.origin;
+      const V3d p = basePoint(place, w.key) + mesh.origin;
       for (int k = 0; k < 3; ++k) {
         P[k][i] = float(p[k]);
         N[k][i] = float(w.normal[from][k]);
@@ -440,11 +478,16 @@ void LevelledSurface::movePoints(Workspace& w) const {
   }
 }
 
-void LevelledSurface::findNormals(uint32_t patch, int level, Workspace& w) const {
+void LevelledSurface::addPointsOfGrid(uint32_t patch, int level, Workspace& w) const {
+  const int eu = std::max(0, patches_->eu(patch) - level), ev = std::max(0, patches_->ev(patch) - level);
+  const size_t n = ((size_t(1) << eu) + 1) * ((size_t(1) << ev) + 1);  // the first of all that were placed
+  for (size_t i = 0; i < n; ++i) w.points.emplace_back(w.moved[i]);
+}
+
+void LevelledSurface::addNormals(uint32_t patch, int level, Workspace& w) const {
   const Patches& all = *patches_;
   const int eu = std::max(0, all.eu(patch) - level), ev = std::max(0, all.ev(patch) - level);
   const uint32_t nu = 1u << eu, nv = 1u << ev, stride = nu + 1, stepU = kUnit >> eu, stepV = kUnit >> ev;
-  w.normals.resize(size_t(stride) * (nv + 1));
   const double side = patches_->mesh()->flipNormals ? -1 : 1;
   const auto at = [&](uint32_t i, uint32_t j) { return size_t(j) * stride + i; };
   for (uint32_t j = 0; j <= nv; ++j)
@@ -478,7 +521,7 @@ void LevelledSurface::findNormals(uint32_t patch, int level, Workspace& w) const
         }
         return (P[at(i + 1, j)] - P[at(i - 1, j)]).cross(P[at(i, j + 1)] - P[at(i, j - 1)]);
       };
-      const V3d base = baseNormal({patch, uint16_t(i * stepU), uint16_t(j * stepV)});
+      const V3d base = baseNormal({patch, uint16_t(i * stepU), uint16_t(j * stepV)}, w.key);
       const V3d after = normalOf(w.moved);
       V3d n;
       const V3d given = w.given.empty() ? V3d(0) : w.given[here];
@@ -486,7 +529,7 @@ void LevelledSurface::findNormals(uint32_t patch, int level, Workspace& w) const
         n = given.dot(after) * side < 0 ? -given.normalized() : given.normalized();
       else
         n = geometry::turned(base, normalOf(w.base), after);
-      w.normals[here] = V3f(n);
+      w.normals.emplace_back(n);
     }
 }
 
@@ -494,14 +537,19 @@ Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
   const auto start = std::chrono::steady_clock::now();
   const ShadingFloats floats;
   Workspace& w = *workspaces_.local();
-  placePoints(patch, level, true, w);
+  w.begin();
+  uint64_t shaded = 0;
+  for (w.key = 0; w.key < keys_; ++w.key) {
+    placePoints(patch, level, true, w);
+    addPointsOfGrid(patch, level, w);
+    addNormals(patch, level, w);
+    shaded += w.request.size();
+  }
   tell(w, patch);
-  findNormals(patch, level, w);
   const int eu = std::max(0, patches_->eu(patch) - level), ev = std::max(0, patches_->ev(patch) - level);
-  const V3f* points = w.floats(w.normals.size());
-  if (level == 0) keepOutline(patch, points);
-  Tessellation::Ptr made = Tessellation::make(eu, ev, points, w.normals.data());
-  setup_.counters->vertices.fetch_add(w.request.size(), std::memory_order_relaxed);
+  if (level == 0) keepOutline(patch, w.points.data());
+  Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data(), keys_);
+  setup_.counters->vertices.fetch_add(shaded, std::memory_order_relaxed);
   setup_.counters->nanoseconds.fetch_add(
       uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count()),
       std::memory_order_relaxed);
@@ -529,7 +577,7 @@ void LevelledSurface::keepOutline(uint32_t patch, const V3f* points) const {
   if (std::min(eu, ev) < trace::GridOutline::kLeastExponent ||
       !outlineStates_[patch].compare_exchange_strong(unknown, kBeingMade, std::memory_order_relaxed))
     return;
-  outlines_[patch].set(eu, ev, points, boxes_[patch]);
+  outlines_[patch].set(eu, ev, points, boxOf(patch), keys_);
   outlineStates_[patch].store(kKnown, std::memory_order_release);
 }
 
@@ -537,7 +585,7 @@ bool LevelledSurface::goesBy(uint32_t patch, const Choice& choice, const trace::
   if (outlineStates_[patch].load(std::memory_order_acquire) != kKnown) return false;
   int least = std::min(patches_->eu(patch), patches_->ev(patch)) - choice.level;
   for (const uint8_t steps : choice.steps) least = std::min(least, int(steps));
-  return least >= trace::GridOutline::kLeastExponent && !outlines_[patch].mayMeet(boxes_[patch], ray);
+  return least >= trace::GridOutline::kLeastExponent && !outlines_[patch].mayMeet(boxOf(patch), ray);
 }
 
 // By how many levels: 0 where the footprint is no larger than that of a camera ray.
@@ -561,7 +609,8 @@ LevelledSurface::Choice LevelledSurface::choose(uint32_t patch, const trace::Use
   if (!(ray.radius > 0) && !(ray.spread > 0)) return c;
   const float length = std::sqrt(ray.d[0] * ray.d[0] + ray.d[1] * ray.d[1] + ray.d[2] * ray.d[2]);
   const float growth = length > 0 ? std::min(ray.spread / length, kMostSpread) : 0;
-  const std::array<float, 6>& box = boxes_[patch];
+  const trace::Moment at = trace::momentAt(ray.time, keys_);
+  const Box box = boxAt(patch, at);
   float d2 = 0;
   for (size_t k = 0; k < 3; ++k) {
     const float d = std::max(0.f, std::max(box[k] - ray.o[k], ray.o[k] - box[3 + k]));
@@ -569,9 +618,13 @@ LevelledSurface::Choice LevelledSurface::choose(uint32_t patch, const trace::Use
   }
   c.level = coarser(ray.radius + growth * std::sqrt(d2), largestStep(patch));
   if (c.level == 0 && growth == 0) return c;
+  const geometry::Mesh& mesh = *all.mesh();
+  const auto cornerThen = [&](int corner) {
+    const V3f* const p = &mesh.points[size_t(at.key) * mesh.vertexCount + all.vertexOf(patch, corner)];
+    return at.part > 0 ? p[0] + (p[mesh.vertexCount] - p[0]) * at.part : p[0];
+  };
   for (int k = 0; k < 4; ++k) {
-    const V3f& a = all.mesh()->points[all.vertexOf(patch, k)];
-    const V3f& b = all.mesh()->points[all.vertexOf(patch, (k + 1) % 4)];
+    const V3f a = cornerThen(k), b = cornerThen((k + 1) % 4);
     const float reach = 0.5f * (b - a).length();
     float far2 = 0;
     for (int i = 0; i < 3; ++i) {
@@ -593,7 +646,7 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
   trace::GridHit h;
   {
     trace::GeometryCache::Reading reading;
-    const trace::GridRay gridRay(ray.o, ray.d, ray.tMin, ray.tMax);
+    const trace::GridRay gridRay(ray.o, ray.d, ray.tMin, ray.tMax, ray.time);
     if (!setup_.cache->has(slot(patch, c.level)) && goesBy(patch, c, gridRay)) {
       setup_.counters->passed.fetch_add(1, std::memory_order_relaxed);
       return false;
@@ -612,7 +665,7 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
 }
 
 void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u,
-                             const float* v, trace::UserFacet* out) const {
+                             const float* v, const float* time, trace::UserFacet* out) const {
   for (uint32_t k = 0; k < n; ++k) {
     trace::UserFacet& f = out[k];
     const uint32_t patch = primitive[k] / 2;
@@ -631,9 +684,10 @@ void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32
     f.steps[0] = nu;
     f.steps[1] = nv;
     static constexpr uint32_t kX[4] = {0, 1, 1, 0}, kY[4] = {0, 0, 1, 1};
+    const trace::Moment at = trace::momentAt(time[k], keys_);
     for (int c = 0; c < 4; ++c) {
-      const V3f p = t.point(uint32_t(i) + kX[c], uint32_t(j) + kY[c]),
-                m = t.normal(uint32_t(i) + kX[c], uint32_t(j) + kY[c]);
+      const V3f p = t.point(uint32_t(i) + kX[c], uint32_t(j) + kY[c], at),
+                m = t.normal(uint32_t(i) + kX[c], uint32_t(j) + kY[c], at);
       for (int a = 0; a < 3; ++a) {
         f.P[c][a] = p[a];
         f.N[c][a] = m[a];

@@ -2,7 +2,8 @@
 // grids are shaded and moved on demand, on any thread, and held by a cache of bounded size (trace/geometry_cache.h).
 // What a ray sees of a patch follows from ray and patch alone: its resolution from the footprint at the patch, the
 // steps along each of its edges from that at the edge, so that both patches of an edge agree. A point of the surface is
-// in one place whatever the resolution: coarser grids are parts of finer ones. Made by Displacement.
+// in one place whatever the resolution: coarser grids are parts of finer ones. Of a surface that deforms a grid holds
+// its points at each key; what a ray sees, and chooses by, is where these are at its time. Made by Displacement.
 #pragma once
 #include <tbb/enumerable_thread_specific.h>
 
@@ -51,11 +52,12 @@ class LevelledSurface final : public trace::UserGeometry {
   ~LevelledSurface() override;
 
   uint32_t patchCount() const override { return patches_->count(); }
-  void bounds(uint32_t patch, float lower[3], float upper[3]) const override;
+  uint32_t keyCount() const override { return keys_; }
+  void bounds(uint32_t patch, uint32_t key, float lower[3], float upper[3]) const override;
   bool intersect(uint32_t patch, const trace::UserRay& ray, trace::UserHit* hit) const override;
   bool hasFacets() const override { return true; }
   void facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u, const float* v,
-              trace::UserFacet* out) const override;
+              const float* time, trace::UserFacet* out) const override;
 
   const std::shared_ptr<const geometry::Patches>& patches() const { return patches_; }
   double longest() const { return longest_; }  // way of a point, of those that have been diced; object units
@@ -71,6 +73,11 @@ class LevelledSurface final : public trace::UserGeometry {
   int coarser(float footprint, float size) const;
   // Whether it is known, without dicing it, that the ray goes by the patch.
   bool goesBy(uint32_t patch, const Choice& choice, const trace::GridRay& ray) const;
+  // lower, then upper
+  using Box = std::array<float, 6>;
+  Box boxAt(uint32_t patch, const trace::Moment& at) const;
+  Box boxOf(uint32_t patch) const;  // over the shutter
+  // `points`: of the finest grid, key after key.
   void keepOutline(uint32_t patch, const Imath::V3f* points) const;
   float largestStep(uint32_t patch) const;
   trace::GeometryCache::Slot& slot(uint32_t patch, int level) const {
@@ -78,13 +85,18 @@ class LevelledSurface final : public trace::UserGeometry {
   }
   const trace::Tessellation* held(uint32_t patch, int level, int kind, trace::GeometryCache::Reading& reading) const;
   trace::Tessellation::Ptr dice(uint32_t patch, int level) const;
-  // Where the points of a grid go to; with the points around it, from which normals follow, where `isAround`.
+  // Where the points of a grid go to at the workspace's key; with the points around it, from which normals follow, where
+  // `isAround`.
   void placePoints(uint32_t patch, int level, bool isAround, Workspace& w) const;
   void addPoint(Workspace& w, const geometry::Patches::Place& place) const;
   void movePoints(Workspace& w) const;
-  void findNormals(uint32_t patch, int level, Workspace& w) const;
-  Imath::V3d basePoint(const geometry::Patches::Place& place) const;
-  Imath::V3d baseNormal(const geometry::Patches::Place& place) const;
+  // What was placed last joins the grid of the workspace, as its next key.
+  void addPointsOfGrid(uint32_t patch, int level, Workspace& w) const;
+  void addNormals(uint32_t patch, int level, Workspace& w) const;
+  Imath::V3d cornerAt(uint32_t patch, int corner, uint32_t key) const;
+  Imath::V3d normalAt(uint32_t patch, int corner, uint32_t key) const;
+  Imath::V3d basePoint(const geometry::Patches::Place& place, uint32_t key) const;
+  Imath::V3d baseNormal(const geometry::Patches::Place& place, uint32_t key) const;
   void findBounds(const std::atomic<bool>* stop);
   bool hasJoint(uint32_t patch) const;
   void tell(Workspace& w, uint32_t patch) const;
@@ -92,7 +104,8 @@ class LevelledSurface final : public trace::UserGeometry {
   Setup setup_;
   std::shared_ptr<const geometry::Patches> patches_;
   const geometry::Primvar* normals_;
-  std::vector<std::array<float, 6>> boxes_;  // by patch
+  uint32_t keys_;
+  std::vector<Box> boxes_;  // by patch and key
   // By patch, as the finest grid has it; its state says whether that was diced yet.
   mutable std::vector<trace::GridOutline> outlines_;
   mutable std::vector<std::atomic<uint8_t>> outlineStates_;

@@ -232,7 +232,7 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
     p = &asInherited;
   }
   Displacement::Found found;
-  if (!shape.more && p->motion.empty() && displacement.mayHaveLevels(index)) {
+  if (!shape.more && displacement.mayHaveLevels(index)) {
     geometry::DiceRate flat = rate;
     flat.isDisplaced = false;
     // outlines of smooth quadrics hold a small part of a pixel; patches need not
@@ -240,8 +240,10 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
       flat.edgeLength = [&rate](const Imath::V3d& x) { return kCoarserQuadric * rate.at(x); };
     Diagnostics unheard([](const std::string&, Severity) {});  // it is made once more where it has no levels
     std::optional<geometry::Mesh> base = geometry::tessellate(*p, flat, unheard);
-    if (base)
+    if (base) {
+      uniformKeys(*base, camera.shutterOpen, camera.shutterClose);
       kept.levels = displacement.levelled(index, rate, pixelsOf(shape.attributes.get(), true), stop, *base, found);
+    }
     if (kept.levels) {
       kept.mesh = kept.levels->patches()->mesh();
       kept.isDiced = isDiced;

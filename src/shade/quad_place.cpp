@@ -135,7 +135,7 @@ const trace::UserFacet* const* findFacets(GroupState& group, const SurfaceArgs& 
     auto* facets = arena.make<trace::UserFacet>(end - i);
     const bool moves = world.instance(instance).keyCount > 1;
     float scale = 1;
-    geometry->facets(end - i, a.at.primitive + i, a.at.level + i, a.at.u + i, a.at.v + i, facets);
+    geometry->facets(end - i, a.at.primitive + i, a.at.level + i, a.at.u + i, a.at.v + i, a.time + i, facets);
     for (uint32_t k = i; k < end; ++k) {
       if (k == i || moves) {
         const float det = std::fabs(world.objectToRender(instance, a.time[k]).determinant());

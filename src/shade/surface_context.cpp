@@ -115,6 +115,13 @@ void positionsAt(const Context* c, const float* time, float* const P[3]) {
   SurfacePoints& surface = ContextHost::of(c).surface;
   SurfaceArgs a = surface.args();
   a.time = time;
+  // micropolygons that deform lie elsewhere then
+  const ContextHost& h = ContextHost::of(c);
+  const trace::World& w = *a.world->world;
+  bool moves = false;
+  for (uint32_t i = 0; a.facet && i < a.n && !moves; ++i)
+    moves = a.facet[i] && w.mesh(a.at.geometry[i]).keyCount() > 1;
+  if (moves) a.facet = findFacets(*h.group, a);
   surface.kernels().positions(a, P);
 }
 

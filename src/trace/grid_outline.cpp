@@ -11,18 +11,19 @@ constexpr float kParts = 255;
 
 }  // namespace
 
-void GridOutline::set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box) {
+void GridOutline::set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box, uint32_t keys) {
   const uint32_t nu = 1u << eu, nv = 1u << ev, stride = nu + 1;
   for (uint32_t b = 0; b < kBoxes; ++b) {
     const uint32_t i0 = (b % 4) * nu / 4, i1 = (b % 4 + 1) * nu / 4, j0 = (b / 4) * nv / 4, j1 = (b / 4 + 1) * nv / 4;
     for (size_t k = 0; k < 3; ++k) {
       float lower = INFINITY, upper = -INFINITY;
-      for (uint32_t j = j0; j <= j1; ++j)
-        for (uint32_t i = i0; i <= i1; ++i) {
-          const float x = points[size_t(j) * stride + i][k];
-          lower = std::min(lower, x);
-          upper = std::max(upper, x);
-        }
+      for (uint32_t key = 0; key < keys; ++key)
+        for (uint32_t j = j0; j <= j1; ++j)
+          for (uint32_t i = i0; i <= i1; ++i) {
+            const float x = points[(size_t(key) * (nv + 1) + j) * stride + i][k];
+            lower = std::min(lower, x);
+            upper = std::max(upper, x);
+          }
       const float size = box[3 + k] - box[k], scale = size > 0 ? kParts / size : 0;
       lower_[k][b] = uint8_t(std::clamp(std::floor((lower - box[k]) * scale), 0.f, kParts));
       upper_[k][b] = uint8_t(std::clamp(std::ceil((upper - box[k]) * scale), 0.f, kParts));

@@ -13,9 +13,11 @@ class GridOutline {
  public:
   // Grids and agreed edges with less than 2^2 steps have triangles that reach from one of the boxes to another.
   static constexpr int kLeastExponent = 2;
-  // Of the finest grid: (2^eu + 1) x (2^ev + 1) points, rows along u, all of them within the box (lower, then upper).
-  void set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box);
-  // Whether the ray may meet a grid of these points, of every second, fourth, ... of them: false only if it does not.
+  // Of the finest grid: (2^eu + 1) x (2^ev + 1) points, rows along u, key after key, all of them within the box (lower,
+  // then upper).
+  void set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box, uint32_t keys = 1);
+  // Whether the ray may meet a grid of these points, of every second, fourth, ... of them, at any time: false only if it
+  // does not.
   // box: that of set().
   bool mayMeet(const std::array<float, 6>& box, const GridRay& ray) const;
 

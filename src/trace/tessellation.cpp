@@ -56,8 +56,8 @@ float slackOf(const GridRay& ray, const float box[6]) {
   return most * 2e-6f;
 }
 
-GridRay::GridRay(const float origin[3], const float direction[3], float nearest, float farthest)
-    : tMin(nearest), tMax(farthest) {
+GridRay::GridRay(const float origin[3], const float direction[3], float nearest, float farthest, float atTime)
+    : tMin(nearest), tMax(farthest), time(atTime) {
   for (int k = 0; k < 3; ++k) {
     o[k] = origin[k];
     d[k] = direction[k];
@@ -89,23 +89,32 @@ GridBlocks::GridBlocks(int eu, int ev) {
   }
 }
 
-size_t Tessellation::bytesFor(int eu, int ev) {
+size_t Tessellation::floatsOfKey(int eu, int ev) {
   const size_t vertices = ((size_t(1) << eu) + 1) * ((size_t(1) << ev) + 1);
-  return sizeof(Tessellation) + (4 * vertices + 24 * size_t(GridBlocks(eu, ev).nodes) + kPadFloats) * sizeof(float);
+  return 4 * vertices + 24 * size_t(GridBlocks(eu, ev).nodes);
 }
 
-Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3f* normals) {
-  void* memory = ::operator new(bytesFor(eu, ev));
-  auto* t = new (memory) Tessellation(eu, ev);
-  Ptr owner(t);
-  const size_t n = t->vertices(), stride = (size_t(1) << eu) + 1;
-  for (int k = 0; k < 3; ++k)
-    for (size_t i = 0; i < n; ++i) t->plane(k)[i] = points[i][k];
-  for (size_t i = 0; i < n; ++i) t->normals()[i] = packed(normals[i]);
-  const GridBlocks blocks(eu, ev);
-  std::memset(t->boxes() + 24 * size_t(blocks.nodes), 0, kPadFloats * sizeof(float));
+size_t Tessellation::bytesFor(int eu, int ev, uint32_t keys) {
+  return sizeof(Tessellation) + (keys * floatsOfKey(eu, ev) + kPadFloats) * sizeof(float);
+}
 
-  const uint32_t nu = 1u << eu, nv = 1u << ev;
+Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3f* normals, uint32_t keys) {
+  void* memory = ::operator new(bytesFor(eu, ev, keys));
+  auto* t = new (memory) Tessellation(eu, ev, keys);
+  Ptr owner(t);
+  std::memset(t->plane(0, keys), 0, kPadFloats * sizeof(float));  // behind the last one
+  for (uint32_t key = 0; key < keys; ++key) t->set(key, points + key * t->vertices(), normals + key * t->vertices());
+  return owner;
+}
+
+void Tessellation::set(uint32_t key, const V3f* points, const V3f* normals) {
+  const size_t n = vertices(), stride = (size_t(1) << eu_) + 1;
+  for (int k = 0; k < 3; ++k)
+    for (size_t i = 0; i < n; ++i) plane(k, key)[i] = points[i][k];
+  for (size_t i = 0; i < n; ++i) normalsAt(key)[i] = packed(normals[i]);
+
+  const GridBlocks blocks(eu_, ev_);
+  const uint32_t nu = 1u << eu_, nv = 1u << ev_;
   std::vector<Box> below(size_t(blocks.width[0]) * blocks.height[0]), here;
   for (uint32_t y = 0; y < blocks.height[0]; ++y)
     for (uint32_t x = 0; x < blocks.width[0]; ++x) {
@@ -119,7 +128,7 @@ Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3
     here.assign(size_t(w) * h, Box());
     for (uint32_t y = 0; y < h; ++y)
       for (uint32_t x = 0; x < w; ++x) {
-        float* node = t->boxes() + 24 * size_t(blocks.first[level] + y * w + x);
+        float* node = boxes(key) + 24 * size_t(blocks.first[level] + y * w + x);
         for (uint32_t c = 0; c < 4; ++c) {
           const uint32_t cx = c & 1, cy = c >> 1;
           Box b;
@@ -142,11 +151,10 @@ Tessellation::Ptr Tessellation::make(int eu, int ev, const V3f* points, const V3
             : e == 2 ? points[nv * stride + i]
                      : points[i * stride]);
     for (int k = 0; k < 3; ++k) {
-      t->edgeBox_[e][k] = b.lo[k];
-      t->edgeBox_[e][3 + k] = b.hi[k];
+      edgeBox_[e][k] = key ? std::min(edgeBox_[e][k], b.lo[k]) : b.lo[k];
+      edgeBox_[e][3 + k] = key ? std::max(edgeBox_[e][3 + k], b.hi[k]) : b.hi[k];
     }
   }
-  return owner;
 }
 
 void Tessellation::destroy(Tessellation* t) {
@@ -155,21 +163,30 @@ void Tessellation::destroy(Tessellation* t) {
   ::operator delete(t);
 }
 
-V3f Tessellation::point(uint32_t i, uint32_t j) const {
-  const size_t at = size_t(j) * ((size_t(1) << eu_) + 1) + i;
-  return {plane(0)[at], plane(1)[at], plane(2)[at]};
+V3f Tessellation::point(uint32_t i, uint32_t j, const Moment& at) const {
+  const size_t n = size_t(j) * ((size_t(1) << eu_) + 1) + i;
+  V3f p(plane(0, at.key)[n], plane(1, at.key)[n], plane(2, at.key)[n]);
+  if (at.part > 0)
+    for (int k = 0; k < 3; ++k) p[k] = at.mix(p[k], plane(k, at.key + 1)[n]);
+  return p;
 }
 
-V3f Tessellation::normal(uint32_t i, uint32_t j) const {
-  return unpacked(normals()[size_t(j) * ((size_t(1) << eu_) + 1) + i]);
+V3f Tessellation::normal(uint32_t i, uint32_t j, const Moment& at) const {
+  const size_t k = size_t(j) * ((size_t(1) << eu_) + 1) + i;
+  const V3f n = unpacked(normalsAt(at.key)[k]);
+  return at.part > 0 ? n + (unpacked(normalsAt(at.key + 1)[k]) - n) * at.part : n;
 }
 
 // Fans between the grid's line along an edge and the coarser one, in cells' own order.
-bool Tessellation::meetsStitches(int edge, int exponent, const GridRay& r, GridHit* hit, float* nearest) const {
+bool Tessellation::meetsStitches(int edge, int exponent, const Moment& moment, const GridRay& r, GridHit* hit,
+                                 float* nearest) const {
   const bool alongU = edge % 2 == 0;
   const uint32_t steps = 1u << (alongU ? eu_ : ev_), wide = steps >> exponent, nu = 1u << eu_, nv = 1u << ev_;
   const auto at = [&](uint32_t k) {
-    return edge == 0 ? point(k, 0) : edge == 1 ? point(nu, k) : edge == 2 ? point(k, nv) : point(0, k);
+    return edge == 0   ? point(k, 0, moment)
+           : edge == 1 ? point(nu, k, moment)
+           : edge == 2 ? point(k, nv, moment)
+                       : point(0, k, moment);
   };
   struct Sheared {
     float x, y, z;
@@ -216,23 +233,25 @@ bool Tessellation::intersect(const GridRay& ray, const std::array<uint8_t, 4>& s
       whole[k] = std::min(whole[k], b[k]);
       whole[3 + k] = std::max(whole[3 + k], b[3 + k]);
     }
-  const float slack = slackOf(ray, whole);
+  const Moment at = momentAt(ray.time, keys_);
+  // boxes between two keys are rounded once more
+  const float slack = slackOf(ray, whole) * (at.part > 0 ? 1.5f : 1.f);
   CellHit cell;
   cell.t = ray.tMax;
-  bool any = nearestCell(GridView(*this), ray, slack, &cell);
+  bool any = nearestCell(GridView(*this, at), ray, slack, &cell);
   float nearest = ray.tMax;
   if (any) {
     nearest = hit->t = cell.t;
     hit->u = (float(cell.i) + cell.u) / float(1u << eu_);
     hit->v = (float(cell.j) + cell.v) / float(1u << ev_);
-    const V3f a = point(cell.i, cell.j), c = point(cell.i + 1, cell.j + 1);
-    const V3f n =
-        cell.isSecond ? (c - a).cross(point(cell.i, cell.j + 1) - a) : (point(cell.i + 1, cell.j) - a).cross(c - a);
+    const V3f a = point(cell.i, cell.j, at), c = point(cell.i + 1, cell.j + 1, at);
+    const V3f n = cell.isSecond ? (c - a).cross(point(cell.i, cell.j + 1, at) - a)
+                                : (point(cell.i + 1, cell.j, at) - a).cross(c - a);
     for (int k = 0; k < 3; ++k) hit->ng[k] = n[k];
   }
   for (int e = 0; e < 4; ++e)
     if (steps[size_t(e)] < (e % 2 ? ev_ : eu_) && meetsBox(ray, edgeBox_[e], slack))
-      any |= meetsStitches(e, steps[size_t(e)], ray, hit, &nearest);
+      any |= meetsStitches(e, steps[size_t(e)], at, ray, hit, &nearest);
   return any;
 }
 

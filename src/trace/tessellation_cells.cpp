@@ -20,6 +20,8 @@ struct Sheared {
 };
 KN_INLINE F4 edgeOf(const Sheared& a, const Sheared& b) { return a.x * b.y - a.y * b.x; }
 
+// isMoving: between two keys.
+template <bool isMoving>
 struct CellSearch {
   const trace::GridView& grid;
   const trace::GridRay& ray;
@@ -27,10 +29,16 @@ struct CellSearch {
   trace::CellHit* hit;
   bool any = false;
 
+  // as Moment::mix has it, to the bit: triangles between lines on an edge are not of this kernel
+  HWY_ATTR F4 between(const float* from) const {
+    const F4 a = F4::load(from);
+    return isMoving ? a + (F4::load(from + grid.toNext) - a) * F4(grid.part) : a;
+  }
+
   HWY_ATTR Sheared load(size_t at) const {
-    const F4 z = F4::load(grid.plane[ray.kz] + at) - F4(ray.o[ray.kz]);
-    return Sheared((F4::load(grid.plane[ray.kx] + at) - F4(ray.o[ray.kx])) - F4(ray.sx) * z,
-                   (F4::load(grid.plane[ray.ky] + at) - F4(ray.o[ray.ky])) - F4(ray.sy) * z, z * F4(ray.sz));
+    const F4 z = between(grid.plane[ray.kz] + at) - F4(ray.o[ray.kz]);
+    return Sheared((between(grid.plane[ray.kx] + at) - F4(ray.o[ray.kx])) - F4(ray.sx) * z,
+                   (between(grid.plane[ray.ky] + at) - F4(ray.o[ray.ky])) - F4(ray.sy) * z, z * F4(ray.sz));
   }
 
   // u, v, w: of the corners a, b, c
@@ -82,8 +90,9 @@ struct CellSearch {
   }
 };
 
-HWY_ATTR bool nearestCell(const trace::GridView& grid, const trace::GridRay& ray, float slack, trace::CellHit* hit) {
-  CellSearch search{grid, ray, 1u << grid.eu, 1u << grid.ev, hit};
+template <bool isMoving>
+HWY_ATTR bool nearestOf(const trace::GridView& grid, const trace::GridRay& ray, float slack, trace::CellHit* hit) {
+  CellSearch<isMoving> search{grid, ray, 1u << grid.eu, 1u << grid.ev, hit};
   const trace::GridBlocks blocks(grid.eu, grid.ev);
   if (blocks.levels == 1) {
     search.block(0, 0);
@@ -117,8 +126,9 @@ HWY_ATTR bool nearestCell(const trace::GridView& grid, const trace::GridRay& ray
     const float* box = grid.boxes + 24 * size_t(blocks.first[e.level] + e.y * w + e.x);
     F4 near(ray.tMin), far(hit->t);
     for (int k = 0; k < 3; ++k) {
-      near = max(near, (F4::load(box + first[k] + 4 * k) - nearFrom[k]) * inverse[k]);
-      far = min(far, (F4::load(box + (12 - first[k]) + 4 * k) - farFrom[k]) * inverse[k] * F4(1.000001f));
+      // children that are not there have boxes that are none; their bits go below
+      near = max(near, (search.between(box + first[k] + 4 * k) - nearFrom[k]) * inverse[k]);
+      far = min(far, (search.between(box + (12 - first[k]) + 4 * k) - farFrom[k]) * inverse[k] * F4(1.000001f));
     }
     uint32_t bits = (near <= far).bits() & (across == 1 ? 5u : 15u) & (down == 1 ? 3u : 15u);
     if (!bits) continue;
@@ -135,6 +145,10 @@ HWY_ATTR bool nearestCell(const trace::GridView& grid, const trace::GridRay& ray
     }
   }
   return search.any;
+}
+
+HWY_ATTR bool nearestCell(const trace::GridView& grid, const trace::GridRay& ray, float slack, trace::CellHit* hit) {
+  return grid.toNext ? nearestOf<true>(grid, ray, slack, hit) : nearestOf<false>(grid, ray, slack, hit);
 }
 #endif
 

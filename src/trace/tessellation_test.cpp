@@ -1,5 +1,6 @@
 // Rays against tessellations: what the hierarchy and the rows of cells find is what all triangles one by one have, and
-// between two patches with other steps on their common edge no ray passes. The cache: what it holds is bounded.
+// between two patches with other steps on their common edge no ray passes; with several keys all that at any time. The
+// cache: what it holds is bounded.
 #include "trace/tessellation.h"
 
 #include <gtest/gtest.h>
@@ -42,6 +43,33 @@ Tessellation::Ptr coarseBumps(int eu, int ev, double at, int level, std::vector<
     }
   normals.assign(points.size(), V3f(0, 0, 1));
   return Tessellation::make(eu - level, ev - level, points.data(), normals.data());
+}
+
+// Three keys: bumps that go up and to the side, by more than they are wide, and shrink.
+Tessellation::Ptr movingBumps(int eu, int ev, double at, std::vector<V3f>* all = nullptr) {
+  std::vector<V3f> points;
+  for (int key = 0; key < 3; ++key)
+    for (uint32_t j = 0; j <= 1u << ev; ++j)
+      for (uint32_t i = 0; i <= 1u << eu; ++i) {
+        const double x = at + double(i) / (1u << eu), y = double(j) / (1u << ev), size = 1 - 0.3 * key;
+        points.emplace_back(V3d(size * x + 0.7 * key, size * y,
+                                0.1 * std::sin(9 * x + 2) * std::cos(13 * y + key) + 0.2 * key * key));
+      }
+  const std::vector<V3f> normals(points.size(), V3f(0, 0, 1));
+  if (all) *all = points;
+  return Tessellation::make(eu, ev, points.data(), normals.data(), 3);
+}
+
+// As it is at a time, with one key.
+Tessellation::Ptr frozen(const Tessellation& moving, float time) {
+  const Moment at = momentAt(time, moving.keys());
+  std::vector<V3f> points, normals;
+  for (uint32_t j = 0; j <= 1u << moving.ev(); ++j)
+    for (uint32_t i = 0; i <= 1u << moving.eu(); ++i) {
+      points.push_back(moving.point(i, j, at));
+      normals.push_back(moving.normal(i, j, at));
+    }
+  return Tessellation::make(moving.eu(), moving.ev(), points.data(), normals.data());
 }
 
 std::array<uint8_t, 4> whole(int eu, int ev) { return {uint8_t(eu), uint8_t(ev), uint8_t(eu), uint8_t(ev)}; }
@@ -156,9 +184,116 @@ TEST(Tessellation, NothingPassesBetweenNeighboursOfOtherSteps) {
   }
 }
 
+TEST(Moment, LiesBetweenKeysAtEvenDistances) {
+  for (const auto& [time, keys, key, part] : {std::tuple{0.f, 1u, 0u, 0.f},
+                                              {.7f, 1u, 0u, 0.f},
+                                              {0.f, 3u, 0u, 0.f},
+                                              {.25f, 3u, 0u, .5f},
+                                              {.5f, 3u, 1u, 0.f},
+                                              {1.f, 3u, 1u, 1.f},
+                                              {2.f, 3u, 1u, 1.f},
+                                              {-1.f, 3u, 0u, 0.f},
+                                              {NAN, 2u, 0u, 0.f}}) {
+    const Moment m = momentAt(time, keys);
+    EXPECT_EQ(m.key, key) << time;
+    EXPECT_EQ(m.part, part) << time;
+  }
+}
+
+// What a ray meets of a tessellation that moves is what it meets of the one that stands where that is at its time: the
+// triangles are the same to the bit, only the boxes on the way to them are not.
+TEST(Tessellation, OfSeveralKeysIsMetWhereItIsAtTheTime) {
+  setThreadFloatMode();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> number(-1, 1), unit(0, 1);
+  for (const auto& [eu, ev] : {std::pair{0, 0}, {1, 3}, {2, 2}, {4, 3}, {5, 5}, {2, 6}}) {
+    const Tessellation::Ptr moving = movingBumps(eu, ev, 0);
+    ASSERT_EQ(moving->keys(), 3u);
+    int hits = 0;
+    for (int n = 0; n < 60; ++n) {
+      const float time = n < 3 ? 0.5f * float(n) : unit(random);
+      const Tessellation::Ptr still = frozen(*moving, time);
+      const V3f first = still->point(0, 0), last = still->point(1u << eu, 1u << ev);
+      std::array<uint8_t, 4> steps = whole(eu, ev);
+      if (n % 2)
+        for (auto& s : steps) s = uint8_t(s / 2);
+      for (int ray = 0; ray < 40; ++ray) {
+        const V3f to = first + V3f(unit(random), unit(random), 0.2f * number(random)) * (last - first + V3f(0, 0, 1));
+        const float o[3] = {number(random) * 3, number(random) * 3, 2 * number(random)};
+        const float d[3] = {to.x - o[0], to.y - o[1], to.z - o[2]};
+        GridHit a, b;
+        const bool isA = moving->intersect(GridRay(o, d, 0, 1e30f, time), steps, &a),
+                   isB = still->intersect(GridRay(o, d, 0, 1e30f), steps, &b);
+        ASSERT_EQ(isA, isB) << eu << " " << ev << " " << time << " " << ray;
+        if (!isA) continue;
+        ++hits;
+        EXPECT_EQ(a.t, b.t);
+        EXPECT_NEAR(a.u, b.u, 1e-4);
+        EXPECT_NEAR(a.v, b.v, 1e-4);
+      }
+    }
+    EXPECT_GT(hits, 300);
+  }
+}
+
+TEST(Tessellation, NothingPassesBetweenNeighboursThatMove) {
+  setThreadFloatMode();
+  std::mt19937 random(13);
+  std::uniform_real_distribution<float> number(0, 1);
+  for (const auto& [left, right, edge] : {std::tuple{5, 5, 5}, {5, 3, 3}, {5, 4, 2}, {3, 6, 0}}) {
+    const Tessellation::Ptr a = movingBumps(left, left, 0), b = movingBumps(right, right, 1);
+    std::array<uint8_t, 4> stepsA = whole(left, left), stepsB = whole(right, right);
+    stepsA[1] = stepsB[3] = uint8_t(edge);
+    int passed = 0;
+    for (int ray = 0; ray < 20000; ++ray) {
+      const float time = number(random), side = ray % 2 ? 1.f : -1.f;
+      // where the common edge is at the time
+      const float size = 1 - 0.6f * time, x = size + 1.4f * time, y = size * (0.05f + 0.9f * number(random));
+      const float z = time < 0.5f ? 0.4f * time : 0.2f + 1.2f * (time - 0.5f);
+      const float to[3] = {x + (ray % 4 < 2 ? 0.f : 1e-3f * (number(random) - 0.5f)), y, z};
+      const float o[3] = {x + 0.3f * (number(random) - 0.5f), y + 0.3f * (number(random) - 0.5f), side * 3};
+      const float d[3] = {to[0] - o[0], to[1] - o[1], to[2] - o[2]};
+      GridHit h;
+      const GridRay r(o, d, 0, 1e30f, time);
+      passed += !a->intersect(r, stepsA, &h) && !b->intersect(r, stepsB, &h);
+    }
+    EXPECT_EQ(passed, 0) << left << " " << right << " " << edge;
+  }
+}
+
+TEST(GridOutline, OfSeveralKeysHoldsAtAnyTime) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<V3f> points;
+  const Tessellation::Ptr grid = movingBumps(4, 5, 0, &points);
+  std::array<float, 6> box{0.f, 0.f, -.2f, 2.f, 1.f, 1.f};
+  for (const V3f& p : points)
+    for (size_t k = 0; k < 3; ++k) {
+      box[k] = std::min(box[k], p[k]);
+      box[3 + k] = std::max(box[3 + k], p[k]);
+    }
+  GridOutline outline;
+  outline.set(4, 5, points.data(), box, 3);
+  int met = 0, turnedAway = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const V3d from(4 * unit(random) - 1, 3 * unit(random) - 1, 3 * unit(random) - 1);
+    const V3d to(3 * unit(random), unit(random), unit(random));
+    const V3f o(from), d(to - from);
+    const GridRay ray(&o[0], &d[0], 0, INFINITY, float(unit(random)));
+    GridHit hit;
+    const bool meets = grid->intersect(ray, whole(4, 5), &hit), may = outline.mayMeet(box, ray);
+    EXPECT_TRUE(may || !meets) << n;
+    met += meets;
+    turnedAway += !may;
+  }
+  EXPECT_GT(met, 500);
+  EXPECT_GT(turnedAway, 500);
+}
+
 TEST(Tessellation, TakesFewBytesATriangle) {
-  for (const int e : {3, 4, 5, 6, 7})
-    EXPECT_LT(double(Tessellation::bytesFor(e, e)) / double(2u << (2 * e)), 14) << e;
+  for (const uint32_t keys : {1u, 2u, 5u})
+    for (const int e : {3, 4, 5, 6, 7})
+      EXPECT_LT(double(Tessellation::bytesFor(e, e, keys)) / double(keys * (2u << (2 * e))), 14) << e << " " << keys;
 }
 
 TEST(GeometryCache, HoldsNoMoreThanItsSizeAndTheLatest) {
@@ -180,6 +315,18 @@ TEST(GeometryCache, HoldsNoMoreThanItsSizeAndTheLatest) {
   EXPECT_LE(counts.mostBytes, 6 * one);
   cache.forget(&cache);
   EXPECT_LE(cache.counts().bytes, one);  // what was evicted while this thread read
+}
+
+TEST(GeometryCache, CountsTheBytesOfAllKeys) {
+  GeometryCache cache(1 << 20);
+  GeometryCache::Slot slots[2];
+  GeometryCache::Reading reading;
+  cache.put(&cache, slots[0], bumps(4, 4, 0));
+  const uint64_t one = cache.counts().bytes;
+  cache.put(&cache, slots[1], movingBumps(4, 4, 0));
+  EXPECT_EQ(cache.counts().bytes - one, Tessellation::bytesFor(4, 4, 3));
+  EXPECT_GT(cache.counts().bytes, 39 * one / 10);
+  cache.forget(&cache);
 }
 
 }  // namespace

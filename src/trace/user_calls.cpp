@@ -39,7 +39,7 @@ UserRay rayOf(RTCRayN* rays, unsigned n, unsigned i, const QueryContext& q) {
 
 void bounds(const RTCBoundsFunctionArguments* a) {
   float lower[3], upper[3];
-  static_cast<const UserGeometry*>(a->geometryUserPtr)->bounds(a->primID, lower, upper);
+  static_cast<const UserGeometry*>(a->geometryUserPtr)->bounds(a->primID, a->timeStep, lower, upper);
   setBounds(*a->bounds_o, lower, upper);
 }
 
@@ -106,6 +106,7 @@ void occluded(const RTCOccludedFunctionNArguments* a) {
 RTCGeometry makeUserGeometry(RTCDevice device, const UserGeometry& geometry) {
   const RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(g, geometry.patchCount());
+  if (geometry.keyCount() > 1) rtcSetGeometryTimeStepCount(g, geometry.keyCount());
   rtcSetGeometryUserData(g, const_cast<UserGeometry*>(&geometry));
   rtcSetGeometryBoundsFunction(g, &bounds, nullptr);
   rtcSetGeometryIntersectFunction(g, &intersect);

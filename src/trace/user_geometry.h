@@ -24,7 +24,7 @@ struct UserHit {
 
 // How a surface runs around a place of a hit, in the geometry's space: the micropolygon, a quad of two triangles.
 struct UserFacet {
-  float P[4][3], N[4][3];  // corners (0,0) (1,0) (1,1) (0,1) of the quad; unit normals there
+  float P[4][3], N[4][3];  // corners (0,0) (1,0) (1,1) (0,1) of the quad; normals there, unit but between two keys
   float u, v;              // in the quad
   float b1, b2;            // in the triangle: corners 0, 1, 2, or 0, 2, 3 where isSecond
   uint32_t isSecond;
@@ -36,8 +36,11 @@ class UserGeometry {
  public:
   virtual ~UserGeometry() = default;
   virtual uint32_t patchCount() const = 0;
-  // Box around all levels of a patch, over the shutter.
-  virtual void bounds(uint32_t patch, float lower[3], float upper[3]) const = 0;
+  // Moments at even distances over the shutter at which bounds() is asked. Between two of them a patch lies in what lies
+  // between its boxes there; of one: it does not deform.
+  virtual uint32_t keyCount() const { return 1; }
+  // Box around all levels of a patch.
+  virtual void bounds(uint32_t patch, uint32_t key, float lower[3], float upper[3]) const = 0;
   // Nearest hit of one patch. A function of the patch and the ray alone (but for tMax): where levels are made or
   // loaded on demand, which one is asked must not follow from what is there already.
   virtual bool intersect(uint32_t patch, const UserRay& ray, UserHit* hit) const = 0;
@@ -45,10 +48,10 @@ class UserGeometry {
   // then name a triangle of it and, by u and v as barycentric coordinates b1 and b2, the parameters of the quad: b1 + b2
   // and b2 on its first triangle, b1 and b1 + b2 on the second.
   virtual bool hasFacets() const { return false; }
-  // Of n places of hits, as Hits has them.
+  // Of n places of hits, as Hits has them, at times of their own (0..1 over the shutter).
   virtual void facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u, const float* v,
-                      UserFacet* out) const {
-    (void)n, (void)primitive, (void)level, (void)u, (void)v, (void)out;
+                      const float* time, UserFacet* out) const {
+    (void)n, (void)primitive, (void)level, (void)u, (void)v, (void)time, (void)out;
   }
 };
 

@@ -225,6 +225,141 @@ TEST(GeometryLevels, BitsAreTheSameForAnyCacheThreadWidthAndGroup) {
   }
 }
 
+// Surfaces that deform while the shutter is open: shutter and camera, and one shape that becomes another.
+const std::string kShutter = "Shutter 0 1\nProjection \"perspective\" \"fov\" [40]\n";
+std::string becomes(const std::string& open, const std::string& close) {
+  return "MotionBegin [0 1]\n" + open + "\n" + close + "\nMotionEnd\n";
+}
+const std::string kOtherCorners =
+    "\"P\" [-2 -2 -2  -2 -2 2.6  -2 2.3 -2  -2 2 2  2 -2 -2  2.8 -2 2  2 2 -2  2 2.5 2]";
+const std::string kPolygons = "PointsPolygons " + kFaces;
+const std::string kSubdivision =
+    "SubdivisionMesh \"catmull-clark\" " + kFaces + "[\"interpolateboundary\"] [1 0] [2] [] ";
+std::string curved(const char* height) {
+  const std::string h = height, knots = "4 4 [0 0 0 0 1 1 1 1] 0 1 ";
+  return "NuPatch " + knots + knots + "\"P\" [-2 -2 0  -1 -2 0  1 -2 0  2 -2 0  -2 -1 0  -1 -1 " + h + "  1 -1 " + h +
+         "  2 -1 0  -2 1 0  -1 1 " + h + "  1 1 " + h + "  2 1 0  -2 2 " + h + "  -1 2 0  1 2 0  2 2 " + h + "]";
+}
+
+TEST(GeometryLevels, DeformingSurfacesAreThoseDicedAtOnce) {
+  const std::string shapes[] = {becomes(kPolygons + kCorners, kPolygons + kOtherCorners),
+                                becomes(kSubdivision + kCorners, kSubdivision + kOtherCorners),
+                                becomes("Patch \"bilinear\" \"P\" [-2 -2 0 2 -2 0 -2 2 0 2 2 0]",
+                                        "Patch \"bilinear\" \"P\" [-2 -2 0 2 -2 1 -2 2 1 2.5 2 0]"),
+                                becomes(curved("1"), curved("2")),
+                                becomes("Sphere 1.5 -1.5 1.5 360", "Sphere 2 -2 2 360")};
+  for (const std::string& shape : shapes) {
+    const std::string object = "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [.2]\nRotate 30 1 1 0\n" + shape;
+    const auto requestWith = [&](int asked) {
+      return requestOf(levels(asked, ".5") + object, 48, 16, 1, kShutter + "Translate 0 0 8", "Ci,a,dPdtime");
+    };
+    SceneRender a(requestWith(1)), b(requestWith(0));
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_GT(a.renderer().statistics().geometry.made, 0u) << shape;
+    EXPECT_EQ(b.renderer().statistics().geometry.made, 0u) << shape;
+    EXPECT_TRUE(a.messages().empty()) << a.messages()[0];
+    ASSERT_GT(mean(b.channel("a")), 0.05) << shape;
+    EXPECT_NEAR(mean(a.channel("a")), mean(b.channel("a")), 1e-3) << shape;
+    EXPECT_NEAR(mean(a.channel("Ci")), mean(b.channel("Ci")), 4e-3) << shape;
+    EXPECT_NEAR(mean(a.channel("dPdtime")), mean(b.channel("dPdtime")), 4e-3) << shape;
+  }
+}
+
+// Two ways: growing from 1 to 1.5 and displaced by .2, with a bound and without, and from 1.2 to 1.7.
+TEST(GeometryLevels, AGrowingSphereThatIsDisplacedIsALargerOne) {
+  const std::string camera = kShutter + "Translate 0 0 5",
+                    displaced = "Displace \"PxrDisplace\" \"d\" \"float dispScalar\" [.2]\nRotate 70 1 1 0\n" +
+                                becomes("Sphere 1 -1 1 360", "Sphere 1.5 -1.5 1.5 360");
+  SceneRender plain(requestOf("Rotate 70 1 1 0\n" + becomes("Sphere 1.2 -1.2 1.2 360", "Sphere 1.7 -1.7 1.7 360"), 48,
+                              16, 1, camera, "Ci,a,Nn"));
+  ASSERT_TRUE(plain.ok());
+  for (const std::string bound : {"", "Attribute \"displacementbound\" \"float sphere\" [.2]\n"}) {
+    SceneRender r(requestOf(levels(1, ".5") + bound + displaced, 48, 16, 1, camera, "Ci,a,Nn"));
+    ASSERT_TRUE(r.ok());
+    EXPECT_GT(r.renderer().statistics().geometry.made, 0u);
+    EXPECT_FALSE(says(r, "DISPLACEMENT-BOUND"));
+    EXPECT_NEAR(mean(r.channel("a")), mean(plain.channel("a")), 5e-4) << bound;
+    EXPECT_NEAR(mean(r.channel("Ci")), mean(plain.channel("Ci")), 2e-3) << bound;
+    const image::Image n = r.channel("Nn"), m = plain.channel("Nn");
+    double off = 0;
+    for (size_t i = 0; i < n.pixels.size(); ++i) off += std::fabs(double(n.pixels[i]) - double(m.pixels[i]));
+    EXPECT_LT(off / double(n.pixels.size()), 4e-3) << bound;
+  }
+  SceneRender small(requestOf(levels(1, ".5") + "Attribute \"displacementbound\" \"float sphere\" [.1]\n" + displaced,
+                              32, 1, 0, camera));
+  EXPECT_TRUE(says(small, "DISPLACEMENT-BOUND"));
+}
+
+// Relief stays with the surface: points that all go the same way show the picture of the placement that goes it.
+TEST(GeometryLevels, ADeformationThatOnlyMovesIsAMovingPlacement) {
+  const auto cube = [&](double by) {
+    std::string at = "\"P\" [";
+    for (int k = 0; k < 8; ++k)
+      at += std::to_string((k & 4 ? 2 : -2) + by) + (k & 2 ? " 2 " : " -2 ") + (k & 1 ? "2  " : "-2  ");
+    return kSubdivision + at + "]";
+  };
+  const auto requestWith = [&](const std::string& motion) {
+    return requestOf(levels(1, "1") + kBumps + motion, 64, 16, 2, kShutter + "Translate 0 0 8\nRotate 30 1 1 0",
+                     "Ci,a,dPdtime");
+  };
+  SceneRender deforms(requestWith(becomes(cube(0), cube(1)))),
+      goes(requestWith(becomes("Translate 0 0 0", "Translate 1 0 0") + cube(0)));
+  ASSERT_TRUE(deforms.ok() && goes.ok());
+  EXPECT_GT(deforms.renderer().statistics().geometry.made, 0u);
+  EXPECT_NEAR(mean(deforms.channel("a")), mean(goes.channel("a")), 1e-3);
+  EXPECT_NEAR(mean(deforms.channel("Ci")), mean(goes.channel("Ci")), 4e-3);
+  EXPECT_NEAR(mean(deforms.channel("dPdtime")), mean(goes.channel("dPdtime")), 2e-3);
+  EXPECT_GT(mean(goes.channel("dPdtime")), 0.05);  // one unit a shutter, where the cube is
+}
+
+// As ClosedSurfacesLetNoRayThrough.
+TEST(GeometryLevels, ClosedSurfacesThatDeformLetNoRayThrough) {
+  for (const std::string& shape : {becomes(kPolygons + kCorners, kPolygons + kOtherCorners),
+                                   becomes(kSubdivision + kCorners, kSubdivision + kOtherCorners),
+                                   becomes("Sphere 2 -2 2 360", "Sphere 2.5 -2.5 2.5 360")}) {
+    SceneRender r(requestOf(levels(1, "1") + kBumps + "ObjectBegin \"o\"\n" + shape +
+                                "ObjectEnd\nTranslate .3 .2 .1\n"
+                                "ObjectInstance \"o\"\nAttribute \"visibility\" \"int camera\" [0]\n"
+                                "Translate 8 4 -14\nScale 8 8 8\nObjectInstance \"o\"",
+                            48, 8, 0, "Shutter 0 1\nProjection \"perspective\" \"fov\" [110]", "a"));
+    ASSERT_TRUE(r.ok());
+    EXPECT_EQ(mean(r.channel("a")), 1) << shape;
+    EXPECT_GT(r.renderer().statistics().geometry.made, 20u) << shape;
+  }
+}
+
+// Three keys, in an instance that moves and one that stands.
+TEST(GeometryLevels, BitsOfDeformingSurfacesAreTheSameForAnyCacheThreadWidthAndGroup) {
+  const std::string object =
+      levels(1, ".3") + kBumps +
+      "ObjectBegin \"o\"\nMotionBegin [0 .5 1]\nSphere 1 -1 1 360\nSphere 1.2 -1.2 1.2 360\nSphere .9 -.9 .9 360\n"
+      "MotionEnd\nObjectEnd\n"
+      "AttributeBegin\nTranslate -1.2 0 0\nObjectInstance \"o\"\nAttributeEnd\n"
+      "AttributeBegin\nMotionBegin [0 1]\nTranslate 1 0 0\nTranslate 1 .5 0\nMotionEnd\n"
+      "Scale .6 .6 .6\nObjectInstance \"o\"\nAttributeEnd";
+  RenderRequest request = requestOf(object, 32, 4, 3, kShutter + "Translate 0 0 5");
+  request.settings.threads = 1;
+  request.settings.width = 8;
+  SceneRender first(request);
+  ASSERT_TRUE(first.ok());
+  ASSERT_GT(first.renderer().statistics().geometry.made, 30u);
+  const auto hash = hashOf(first.film());
+  for (const uint64_t cache : {uint64_t(1), uint64_t(500'000)}) {
+    RenderRequest other = request;
+    other.settings.geometryCacheBytes = cache;
+    other.settings.threads = 2;
+    SceneRender r(other);
+    EXPECT_EQ(hashOf(r.film()), hash) << cache;
+    EXPECT_GT(r.renderer().statistics().geometry.evicted, 0u) << cache;
+  }
+  for (const uint32_t width : {1u, 16u}) {
+    RenderRequest other = request;
+    other.settings.width = width;
+    other.settings.groupSize = 64 * width;
+    EXPECT_EQ(hashOf(SceneRender(other).film()), hash) << width;
+  }
+}
+
 // Seven more samples come in one pass, which makes what it needs about as often as the first one; passes of 1, 2 and 4
 // would make it once each.
 TEST(GeometryLevels, PassesAreLongWhereTheCacheIsCrowded) {

@@ -21,7 +21,7 @@ class TwoLevels final : public trace::UserGeometry {
   mutable std::atomic<int> made{0};
 
   uint32_t patchCount() const override { return kPatches * kPatches; }
-  void bounds(uint32_t patch, float lower[3], float upper[3]) const override {
+  void bounds(uint32_t patch, uint32_t, float lower[3], float upper[3]) const override {
     const float x = corner(int(patch) % kPatches), y = corner(int(patch) / kPatches);
     const float l[3] = {x, y, -0.06f}, u[3] = {x + kSize, y + kSize, 0.06f};
     std::copy_n(l, 3, lower);
@@ -82,6 +82,35 @@ class TwoLevels final : public trace::UserGeometry {
   }
   mutable std::mutex mutex_;
   mutable std::array<std::array<std::vector<Imath::V3f>, 2>, kPatches * kPatches> grids_;
+};
+
+// Unit squares that lie beside each other along x, at x = 2 p, and go up by 10 while the shutter is open.
+class Rising final : public trace::UserGeometry {
+ public:
+  explicit Rising(float atHalfTime) : height_{0, atHalfTime, 10} {}
+  uint32_t patchCount() const override { return 40; }
+  uint32_t keyCount() const override { return 3; }
+  void bounds(uint32_t patch, uint32_t key, float lower[3], float upper[3]) const override {
+    const float x = 2 * float(patch), z = height_[key], l[3] = {x, 0, z - 0.01f}, u[3] = {x + 1, 1, z + 0.01f};
+    std::copy_n(l, 3, lower);
+    std::copy_n(u, 3, upper);
+  }
+  float heightAt(float time) const {
+    const float x = 2 * time;
+    return x < 1 ? height_[0] + x * (height_[1] - height_[0]) : height_[1] + (x - 1) * (height_[2] - height_[1]);
+  }
+  bool intersect(uint32_t patch, const trace::UserRay& r, trace::UserHit* hit) const override {
+    asked.fetch_add(1, std::memory_order_relaxed);
+    const float t = (heightAt(r.time) - r.o[2]) / r.d[2];
+    const float u = r.o[0] + t * r.d[0] - 2 * float(patch), v = r.o[1] + t * r.d[1];
+    if (!(t > r.tMin && t < r.tMax) || u < 0 || u > 1 || v < 0 || v > 1) return false;
+    *hit = {t, u, v, {0, 0, 1}, 0, patch};
+    return true;
+  }
+  mutable std::atomic<int> asked{0};
+
+ private:
+  float height_[3];
 };
 
 constexpr uint32_t kSide = 64, kRays = kSide * kSide;
@@ -231,6 +260,64 @@ TEST(UserGeometry, LevelFollowsFromRayAndPatchInAnyOrder) {
   EXPECT_EQ(traceAll(order, 1, 1, false), reference) << "one ray at a time, shuffled";
   EXPECT_EQ(traceAll(order, 512, 2, false), reference) << "shuffled, two threads";
   EXPECT_EQ(traceAll(order, 64, 2, true), reference) << "shuffled packets, two threads";
+}
+
+// 200 rays with times from 0 to 1 against such a row.
+struct RayRow {
+  static constexpr uint32_t kCount = 200;
+  std::shared_ptr<Rising> geometry;
+  std::shared_ptr<const trace::World> world;
+  Batch b{kCount};
+  explicit RayRow(float atHalfTime) : geometry(std::make_shared<Rising>(atHalfTime)) {
+    std::vector<trace::ShapeInput> shapes(1);
+    shapes[0].key = 1;
+    shapes[0].user = geometry;
+    std::vector<trace::PartInput> parts(1);
+    parts[0].key = 1;
+    parts[0].shapes = {0};
+    parts[0].instanced = true;
+    trace::BuildCounters counters;
+    world = trace::World::build(std::move(shapes), std::move(parts), std::vector<trace::PlacementInput>(1), {},
+                                nullptr, counters);
+  }
+  static float timeOf(uint32_t i) { return float(i) / float(kCount - 1); }
+  void set(uint32_t i, const Imath::V3f& o, const Imath::V3f& d) {
+    for (int k = 0; k < 3; ++k) {
+      b.rays.o[k][i] = o[k];
+      b.rays.d[k][i] = d[k];
+    }
+    b.rays.tMax[i] = 1e30f;
+    b.rays.time[i] = timeOf(i);
+    b.rays.radius[i] = b.rays.spread[i] = 0;
+  }
+  void trace() {
+    std::vector<uint32_t> slots(kCount);
+    std::iota(slots.begin(), slots.end(), 0u);
+    world->closest(b.rays, b.hits, trace::kSeenByCamera, kCount, slots.data());
+  }
+};
+
+// Straight down on every place, of which each second one has a patch.
+TEST(UserGeometry, BoxesOfKeysHoldThePatchesBetween) {
+  RayRow row(2);  // not half of the way at half time
+  for (uint32_t i = 0; i < row.kCount; ++i) row.set(i, {float(i % 80) + 0.5f, 0.5f, 20}, {0, 0, -1});
+  row.trace();
+  for (uint32_t i = 0; i < row.kCount; ++i) {
+    ASSERT_EQ(std::isinf(row.b.hits.t[i]), i % 2 == 1) << i;
+    if (i % 2) continue;
+    EXPECT_EQ(row.b.hits.primitive[i], i % 80 / 2) << i;
+    EXPECT_NEAR(row.b.hits.t[i], 20 - row.geometry->heightAt(row.timeOf(i)), 1e-4) << i;
+  }
+}
+
+// Rays that go along the row above or below it ask nearly nothing, where boxes over the whole shutter would have them ask
+// all 40.
+TEST(UserGeometry, BoxesMoveWithTheKeys) {
+  RayRow row(5);
+  for (uint32_t i = 0; i < row.kCount; ++i)
+    row.set(i, {-5, 0.5f, row.geometry->heightAt(row.timeOf(i)) + (i % 2 ? 1.f : -1.f)}, {1, 0, 0});
+  row.trace();
+  EXPECT_LT(row.geometry->asked.load(), int(row.kCount));
 }
 
 TEST(UserGeometry, OnlyLevelsAskedForAreMade) {
