@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -108,6 +109,7 @@ LevelledSurface::LevelledSurface(Setup setup)
   slots_ = std::vector<trace::GeometryCache::Slot>(slots);
   outlines_.resize(patches_->count());
   outlineStates_ = std::vector<std::atomic<uint8_t>>(patches_->count());
+  for (uint32_t p = 0; p < patches_->count() && keys_ == 1; ++p) edges_.push_back(edgesOf(p, {}));
   findBounds(setup_.stop);
   if (largest > setup_.cache->limit())
     setup_.world.diagnostics->warning("GEOMETRY-CACHE-SMALL", setup_.pos,
@@ -124,7 +126,7 @@ LevelledSurface::LevelledSurface(Setup setup)
 LevelledSurface::~LevelledSurface() { setup_.cache->forget(this); }
 
 uint64_t LevelledSurface::bytes() const {
-  return patches_->bytes() + boxes_.size() * sizeof boxes_[0] +
+  return patches_->bytes() + boxes_.size() * sizeof boxes_[0] + edges_.size() * sizeof edges_[0] +
          outlines_.size() * (sizeof outlines_[0] + sizeof outlineStates_[0]) + firstSlot_.size() * sizeof(uint32_t) +
          slots_.size() * sizeof slots_[0];
 }
@@ -574,25 +576,22 @@ const Tessellation* LevelledSurface::held(uint32_t patch, int level, int kind,
 void LevelledSurface::keepOutline(uint32_t patch, const V3f* points) const {
   const int eu = patches_->eu(patch), ev = patches_->ev(patch);
   uint8_t unknown = kUnknown;
-  if (std::min(eu, ev) < trace::GridOutline::kLeastExponent ||
-      !outlineStates_[patch].compare_exchange_strong(unknown, kBeingMade, std::memory_order_relaxed))
-    return;
+  if (!outlineStates_[patch].compare_exchange_strong(unknown, kBeingMade, std::memory_order_relaxed)) return;
   outlines_[patch].set(eu, ev, points, boxOf(patch), keys_);
   outlineStates_[patch].store(kKnown, std::memory_order_release);
 }
 
 bool LevelledSurface::goesBy(uint32_t patch, const Choice& choice, const trace::GridRay& ray) const {
-  if (outlineStates_[patch].load(std::memory_order_acquire) != kKnown) return false;
   int least = std::min(patches_->eu(patch), patches_->ev(patch)) - choice.level;
   for (const uint8_t steps : choice.steps) least = std::min(least, int(steps));
-  return least >= trace::GridOutline::kLeastExponent && !outlines_[patch].mayMeet(boxOf(patch), ray);
+  return least >= trace::GridOutline::kLeastExponent && !outlines_[patch].mayMeetFine(boxOf(patch), ray);
 }
 
 // By how many levels: 0 where the footprint is no larger than that of a camera ray.
 int LevelledSurface::coarser(float footprint, float size) const {
   const float steps = kRadiiOfPixel * setup_.pixels * footprint / size;
   if (!(steps >= 2)) return 0;
-  return steps < 1024 ? std::ilogb(steps) : Patches::kMostExponent;
+  return steps < 1024 ? int(std::bit_cast<uint32_t>(steps) >> 23) - 127 : Patches::kMostExponent;
 }
 
 float LevelledSurface::largestStep(uint32_t patch) const {
@@ -601,53 +600,71 @@ float LevelledSurface::largestStep(uint32_t patch) const {
   return size;
 }
 
+LevelledSurface::Edges LevelledSurface::edgesOf(uint32_t patch, const trace::Moment& at) const {
+  const geometry::Mesh& mesh = *patches_->mesh();
+  const auto cornerThen = [&](int corner) {
+    const V3f* const p = &mesh.points[size_t(at.key) * mesh.vertexCount + patches_->vertexOf(patch, corner)];
+    return at.part > 0 ? p[0] + (p[mesh.vertexCount] - p[0]) * at.part : p[0];
+  };
+  const V3f corner[4] = {cornerThen(0), cornerThen(1), cornerThen(2), cornerThen(3)};
+  Edges out;
+  for (size_t k = 0; k < 4; ++k) {
+    const V3f &a = corner[k], &b = corner[(k + 1) % 4];
+    for (int i = 0; i < 3; ++i) out.middle[i][k] = 0.5f * (a[i] + b[i]);
+    out.reach[k] = 0.5f * (b - a).length();
+    const Patches::Edge& edge = patches_->edge(patches_->edgesOf(patch)[k]);
+    out.size[k] = edge.size;
+    out.exponent[k] = edge.exponent;
+  }
+  return out;
+}
+
 LevelledSurface::Choice LevelledSurface::choose(uint32_t patch, const trace::UserRay& ray) const {
-  const Patches& all = *patches_;
-  const auto& edges = all.edgesOf(patch);
-  Choice c{0, {}};
-  for (size_t k = 0; k < 4; ++k) c.steps[k] = all.edge(edges[k]).exponent;
+  const trace::Moment at = trace::momentAt(ray.time, keys_);
+  Edges then;
+  if (edges_.empty()) then = edgesOf(patch, at);
+  const Edges& edges = edges_.empty() ? then : edges_[patch];
+  Choice c{0, edges.exponent};
   if (!(ray.radius > 0) && !(ray.spread > 0)) return c;
   const float length = std::sqrt(ray.d[0] * ray.d[0] + ray.d[1] * ray.d[1] + ray.d[2] * ray.d[2]);
   const float growth = length > 0 ? std::min(ray.spread / length, kMostSpread) : 0;
-  const trace::Moment at = trace::momentAt(ray.time, keys_);
   const Box box = boxAt(patch, at);
   float d2 = 0;
   for (size_t k = 0; k < 3; ++k) {
     const float d = std::max(0.f, std::max(box[k] - ray.o[k], ray.o[k] - box[3 + k]));
     d2 += d * d;
   }
-  c.level = coarser(ray.radius + growth * std::sqrt(d2), largestStep(patch));
+  const float* const size = edges.size;
+  const float largest = std::max(std::max(size[0], size[1]), std::max(size[2], size[3]));
+  c.level = coarser(ray.radius + growth * std::sqrt(d2), largest);
   if (c.level == 0 && growth == 0) return c;
-  const geometry::Mesh& mesh = *all.mesh();
-  const auto cornerThen = [&](int corner) {
-    const V3f* const p = &mesh.points[size_t(at.key) * mesh.vertexCount + all.vertexOf(patch, corner)];
-    return at.part > 0 ? p[0] + (p[mesh.vertexCount] - p[0]) * at.part : p[0];
-  };
-  for (int k = 0; k < 4; ++k) {
-    const V3f a = cornerThen(k), b = cornerThen((k + 1) % 4);
-    const float reach = 0.5f * (b - a).length();
-    float far2 = 0;
-    for (int i = 0; i < 3; ++i) {
-      const float d = 0.5f * (a[i] + b[i]) - ray.o[i];
-      far2 += d * d;
+  float far2[4] = {}, footprint[4];
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 4; ++k) {
+      const float d = edges.middle[i][k] - ray.o[i];
+      far2[k] += d * d;
     }
-    const Patches::Edge& edge = all.edge(edges[size_t(k)]);
-    const int level = coarser(ray.radius + growth * std::max(0.f, std::sqrt(far2) - reach), edge.size);
-    c.steps[size_t(k)] = uint8_t(std::max(0, edge.exponent - level));
+  for (int k = 0; k < 4; ++k) footprint[k] = ray.radius + growth * std::max(0.f, std::sqrt(far2[k]) - edges.reach[k]);
+  for (size_t k = 0; k < 4; ++k) {
+    const int level = coarser(footprint[k], size[k]);
+    c.steps[k] = uint8_t(std::max(0, edges.exponent[k] - level));
     // an edge of no length asks for nothing
-    if (edge.size > 0) c.level = std::min(c.level, level);
+    if (size[k] > 0) c.level = std::min(c.level, level);
   }
   return c;
 }
 
 bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace::UserHit* hit) const {
+  const trace::GridRay gridRay(ray.o, ray.d, ray.tMin, ray.tMax, ray.time);
+  // boxes that were made in advance are often far larger than what is in them: most rays end here
+  const bool isKnown = outlineStates_[patch].load(std::memory_order_acquire) == kKnown;
+  if (isKnown && !outlines_[patch].mayMeet(gridRay)) return false;
   Choice c = choose(patch, ray);
   c.level = std::min(c.level, std::max(patches_->eu(patch), patches_->ev(patch)));
   trace::GridHit h;
   {
     trace::GeometryCache::Reading reading;
-    const trace::GridRay gridRay(ray.o, ray.d, ray.tMin, ray.tMax, ray.time);
-    if (!setup_.cache->has(slot(patch, c.level)) && goesBy(patch, c, gridRay)) {
+    if (isKnown && !setup_.cache->has(slot(patch, c.level)) && goesBy(patch, c, gridRay)) {
       setup_.counters->passed.fetch_add(1, std::memory_order_relaxed);
       return false;
     }

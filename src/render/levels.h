@@ -69,9 +69,15 @@ class LevelledSurface final : public trace::UserGeometry {
     int level;
     std::array<uint8_t, 4> steps;
   };
+  // What of a patch's edges rays choose by: middles, by axis, half the ways from end to end, steps at the finest rate.
+  struct Edges {
+    float middle[3][4], reach[4], size[4];
+    std::array<uint8_t, 4> exponent;
+  };
+  Edges edgesOf(uint32_t patch, const trace::Moment& at) const;
   Choice choose(uint32_t patch, const trace::UserRay& ray) const;
   int coarser(float footprint, float size) const;
-  // Whether it is known, without dicing it, that the ray goes by the patch.
+  // Whether the outline of the patch, which is known, tells that the ray goes by.
   bool goesBy(uint32_t patch, const Choice& choice, const trace::GridRay& ray) const;
   // lower, then upper
   using Box = std::array<float, 6>;
@@ -105,7 +111,8 @@ class LevelledSurface final : public trace::UserGeometry {
   std::shared_ptr<const geometry::Patches> patches_;
   const geometry::Primvar* normals_;
   uint32_t keys_;
-  std::vector<Box> boxes_;  // by patch and key
+  std::vector<Box> boxes_;    // by patch and key
+  std::vector<Edges> edges_;  // by patch; empty where the surface deforms
   // By patch, as the finest grid has it; its state says whether that was diced yet.
   mutable std::vector<trace::GridOutline> outlines_;
   mutable std::vector<std::atomic<uint8_t>> outlineStates_;

@@ -13,6 +13,8 @@ constexpr float kParts = 255;
 
 void GridOutline::set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box, uint32_t keys) {
   const uint32_t nu = 1u << eu, nv = 1u << ev, stride = nu + 1;
+  std::fill_n(all_, 3, INFINITY);
+  std::fill_n(all_ + 3, 3, -INFINITY);
   for (uint32_t b = 0; b < kBoxes; ++b) {
     const uint32_t i0 = (b % 4) * nu / 4, i1 = (b % 4 + 1) * nu / 4, j0 = (b / 4) * nv / 4, j1 = (b / 4 + 1) * nv / 4;
     for (size_t k = 0; k < 3; ++k) {
@@ -24,6 +26,8 @@ void GridOutline::set(int eu, int ev, const Imath::V3f* points, const std::array
             lower = std::min(lower, x);
             upper = std::max(upper, x);
           }
+      all_[k] = std::min(all_[k], lower);
+      all_[3 + k] = std::max(all_[3 + k], upper);
       const float size = box[3 + k] - box[k], scale = size > 0 ? kParts / size : 0;
       lower_[k][b] = uint8_t(std::clamp(std::floor((lower - box[k]) * scale), 0.f, kParts));
       upper_[k][b] = uint8_t(std::clamp(std::ceil((upper - box[k]) * scale), 0.f, kParts));
@@ -31,7 +35,9 @@ void GridOutline::set(int eu, int ev, const Imath::V3f* points, const std::array
   }
 }
 
-bool GridOutline::mayMeet(const std::array<float, 6>& box, const GridRay& ray) const {
+bool GridOutline::mayMeet(const GridRay& ray) const { return meetsBox(ray, all_, 2 * slackOf(ray, all_)); }
+
+bool GridOutline::mayMeetFine(const std::array<float, 6>& box, const GridRay& ray) const {
   float near[kBoxes], far[kBoxes];
   std::fill_n(near, kBoxes, ray.tMin);
   std::fill_n(far, kBoxes, ray.tMax);

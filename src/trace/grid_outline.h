@@ -1,6 +1,7 @@
-// Roughly where within its box the surface of one patch lies: boxes around a quarter of its steps each way, in bytes.
-// Rays that pass between the bumps of a patch and the box around them are turned away by it without the patch being
-// diced: never one that meets the tessellation, so that what a ray sees does not follow from it.
+// Where within its box the surface of one patch lies, once its points are known: a box around all of them, and boxes
+// around a quarter of its steps each way, in bytes. Rays that pass between the bumps of a patch and the box that was
+// made for them in advance are turned away by it without asking for a tessellation: never one that meets it, so that
+// what a ray sees does not follow from it.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -18,11 +19,13 @@ class GridOutline {
   void set(int eu, int ev, const Imath::V3f* points, const std::array<float, 6>& box, uint32_t keys = 1);
   // Whether the ray may meet a grid of these points, of every second, fourth, ... of them, at any time: false only if it
   // does not.
-  // box: that of set().
-  bool mayMeet(const std::array<float, 6>& box, const GridRay& ray) const;
+  bool mayMeet(const GridRay& ray) const;
+  // The same of grids with at least 2^kLeastExponent steps along edges too: more are turned away. box: that of set().
+  bool mayMeetFine(const std::array<float, 6>& box, const GridRay& ray) const;
 
  private:
   static constexpr int kBoxes = 16;
+  float all_[6];                                 // around all points: lower, then upper
   uint8_t lower_[3][kBoxes], upper_[3][kBoxes];  // of 255 parts of the box, by axis
 };
 

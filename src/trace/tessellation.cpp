@@ -34,6 +34,23 @@ struct Box {
   }
 };
 
+constexpr GridBlocks blocksOf(uint32_t eu, uint32_t ev) {
+  GridBlocks b;
+  uint32_t w = std::max(1u, (1u << eu) / kBlock), h = std::max(1u, (1u << ev) / kBlock);
+  for (;;) {
+    b.width[b.levels] = w;
+    b.height[b.levels] = h;
+    b.first[b.levels] = b.nodes;
+    if (b.levels > 0) b.nodes += w * h;
+    ++b.levels;
+    if (w == 1 && h == 1) return b;
+    w = std::max(1u, w / 2);
+    h = std::max(1u, h / 2);
+  }
+}
+
+}  // namespace
+
 bool meetsBox(const GridRay& r, const float box[6], float slack) {
   float near = r.tMin, far = r.tMax;
   for (int k = 0; k < 3; ++k) {
@@ -44,8 +61,6 @@ bool meetsBox(const GridRay& r, const float box[6], float slack) {
   }
   return near <= far;
 }
-
-}  // namespace
 
 float slackOf(const GridRay& ray, const float box[6]) {
   float most = 0;
@@ -73,25 +88,19 @@ GridRay::GridRay(const float origin[3], const float direction[3], float nearest,
   sy = d[ky] * sz;
 }
 
-GridBlocks::GridBlocks(int eu, int ev) {
-  uint32_t w = std::max(1u, (1u << eu) / kBlock), h = std::max(1u, (1u << ev) / kBlock);
-  levels = 0;
-  nodes = 0;
-  for (;;) {
-    width[levels] = w;
-    height[levels] = h;
-    first[levels] = nodes;
-    if (levels > 0) nodes += w * h;
-    ++levels;
-    if (w == 1 && h == 1) break;
-    w = std::max(1u, w / 2);
-    h = std::max(1u, h / 2);
-  }
+const GridBlocks& GridBlocks::of(int eu, int ev) {
+  static constexpr auto kAll = [] {
+    std::array<std::array<GridBlocks, Tessellation::kMostExponent + 1>, Tessellation::kMostExponent + 1> all;
+    for (uint32_t u = 0; u < all.size(); ++u)
+      for (uint32_t v = 0; v < all.size(); ++v) all[u][v] = blocksOf(u, v);
+    return all;
+  }();
+  return kAll[size_t(eu)][size_t(ev)];
 }
 
 size_t Tessellation::floatsOfKey(int eu, int ev) {
   const size_t vertices = ((size_t(1) << eu) + 1) * ((size_t(1) << ev) + 1);
-  return 4 * vertices + 24 * size_t(GridBlocks(eu, ev).nodes);
+  return 4 * vertices + 24 * size_t(GridBlocks::of(eu, ev).nodes);
 }
 
 size_t Tessellation::bytesFor(int eu, int ev, uint32_t keys) {
@@ -113,7 +122,7 @@ void Tessellation::set(uint32_t key, const V3f* points, const V3f* normals) {
     for (size_t i = 0; i < n; ++i) plane(k, key)[i] = points[i][k];
   for (size_t i = 0; i < n; ++i) normalsAt(key)[i] = packed(normals[i]);
 
-  const GridBlocks blocks(eu_, ev_);
+  const GridBlocks& blocks = GridBlocks::of(eu_, ev_);
   const uint32_t nu = 1u << eu_, nv = 1u << ev_;
   std::vector<Box> below(size_t(blocks.width[0]) * blocks.height[0]), here;
   for (uint32_t y = 0; y < blocks.height[0]; ++y)
@@ -142,6 +151,7 @@ void Tessellation::set(uint32_t key, const V3f* points, const V3f* normals) {
       }
     below.swap(here);
   }
+  Box all;
   for (int e = 0; e < 4; ++e) {
     Box b;
     const uint32_t count = e % 2 ? nv : nu;
@@ -154,6 +164,11 @@ void Tessellation::set(uint32_t key, const V3f* points, const V3f* normals) {
       edgeBox_[e][k] = key ? std::min(edgeBox_[e][k], b.lo[k]) : b.lo[k];
       edgeBox_[e][3 + k] = key ? std::max(edgeBox_[e][3 + k], b.hi[k]) : b.hi[k];
     }
+    all.add(b);
+  }
+  for (int k = 0; k < 3; ++k) {
+    edges_[k] = key ? std::min(edges_[k], all.lo[k]) : all.lo[k];
+    edges_[3 + k] = key ? std::max(edges_[3 + k], all.hi[k]) : all.hi[k];
   }
 }
 
@@ -227,15 +242,9 @@ bool Tessellation::meetsStitches(int edge, int exponent, const Moment& moment, c
 }
 
 bool Tessellation::intersect(const GridRay& ray, const std::array<uint8_t, 4>& steps, GridHit* hit) const {
-  float whole[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
-  for (const auto& b : edgeBox_)
-    for (int k = 0; k < 3; ++k) {
-      whole[k] = std::min(whole[k], b[k]);
-      whole[3 + k] = std::max(whole[3 + k], b[3 + k]);
-    }
   const Moment at = momentAt(ray.time, keys_);
   // boxes between two keys are rounded once more
-  const float slack = slackOf(ray, whole) * (at.part > 0 ? 1.5f : 1.f);
+  const float slack = slackOf(ray, edges_) * (at.part > 0 ? 1.5f : 1.f);
   CellHit cell;
   cell.t = ray.tMax;
   bool any = nearestCell(GridView(*this, at), ray, slack, &cell);

@@ -43,6 +43,8 @@ struct GridRay {
 // By how much a box (lower, then upper) is larger for a ray than it is: beyond rounding of the tests, which is that of the
 // numbers they begin with.
 float slackOf(const GridRay& ray, const float box[6]);
+// Whether the ray meets the box, larger by that.
+bool meetsBox(const GridRay& ray, const float box[6], float slack);
 
 struct GridHit {
   float t, u, v;  // u, v: over the whole patch, 0..1
@@ -97,7 +99,7 @@ class Tessellation {
 
   uint8_t eu_, ev_, keys_;
   uint32_t keyFloats_;
-  float edgeBox_[4][6];  // over all keys
+  float edgeBox_[4][6], edges_[6];  // over all keys; around all four
 };
 
 // What of a tessellation the kernel of rays reads.
@@ -125,10 +127,10 @@ bool nearestCell(const GridView& grid, const GridRay& ray, float slack, CellHit*
 
 // Blocks of cells, and the levels of boxes over them, root last.
 struct GridBlocks {
-  GridBlocks(int eu, int ev);
-  int levels;                                 // 1: a single block, and no box
-  uint32_t width[10], height[10], first[10];  // of blocks, then nodes; first node of a level
-  uint32_t nodes;
+  static const GridBlocks& of(int eu, int ev);
+  int levels = 0;                                   // 1: a single block, and no box
+  uint32_t width[10]{}, height[10]{}, first[10]{};  // of blocks, then nodes; first node of a level
+  uint32_t nodes = 0;
 };
 
 }  // namespace kinora::trace

@@ -93,7 +93,7 @@ struct CellSearch {
 template <bool isMoving>
 HWY_ATTR bool nearestOf(const trace::GridView& grid, const trace::GridRay& ray, float slack, trace::CellHit* hit) {
   CellSearch<isMoving> search{grid, ray, 1u << grid.eu, 1u << grid.ev, hit};
-  const trace::GridBlocks blocks(grid.eu, grid.ev);
+  const trace::GridBlocks& blocks = trace::GridBlocks::of(grid.eu, grid.ev);
   if (blocks.levels == 1) {
     search.block(0, 0);
     return search.any;

@@ -112,8 +112,9 @@ TEST(GridOutline, TurnsAwayNoRayThatMeetsTheGrid) {
       std::array<uint8_t, 4> steps = whole(grid->eu(), grid->ev());
       for (auto& s : steps) s = uint8_t(std::max<int>(GridOutline::kLeastExponent, s - n % 2));
       GridHit hit;
-      const bool meets = grid->intersect(ray, steps, &hit), may = outline.mayMeet(box, ray);
+      const bool meets = grid->intersect(ray, steps, &hit), may = outline.mayMeetFine(box, ray);
       EXPECT_TRUE(may || !meets) << level << " " << n;
+      EXPECT_TRUE(outline.mayMeet(ray) || !may) << level << " " << n;
       met += meets;
       passed += !meets;
       turnedAway += !may;
@@ -121,6 +122,37 @@ TEST(GridOutline, TurnsAwayNoRayThatMeetsTheGrid) {
   }
   EXPECT_GT(met, 10000);
   EXPECT_GT(turnedAway, passed / 2);  // what the boxes are for
+}
+
+// The coarsest grids too, whose triangles reach from one quarter to another.
+TEST(GridOutline, IsAroundEveryResolution) {
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const auto& [eu, ev] : {std::pair{4, 5}, {1, 3}, {0, 0}}) {
+    int turnedAway = 0, met = 0;
+    for (int level = 0; level <= std::max(eu, ev); ++level) {
+      std::vector<V3f> points;
+      const Tessellation::Ptr grid = coarseBumps(eu, ev, 3, level, &points);
+      const std::array<float, 6> box{2.f, -1.f, -1.f, 5.f, 2.f, 1.f};
+      GridOutline outline;
+      outline.set(eu, ev, points.data(), box);
+      for (int n = 0; n < 4000; ++n) {
+        const V3d from(3 + 3 * unit(random) - 1, 3 * unit(random) - 1, unit(random) - .5);
+        const V3d to(3 + 1.5 * unit(random), 1.5 * unit(random), .4 * unit(random) - .1);
+        const V3f o(from), d(to - from);
+        const GridRay ray(&o[0], &d[0], 0, INFINITY);
+        std::array<uint8_t, 4> steps = whole(grid->eu(), grid->ev());
+        for (auto& s : steps) s = uint8_t(n % 2 ? s : s / 2);
+        GridHit hit;
+        const bool meets = grid->intersect(ray, steps, &hit), may = outline.mayMeet(ray);
+        EXPECT_TRUE(may || !meets) << eu << " " << level << " " << n;
+        met += meets;
+        turnedAway += !may;
+      }
+    }
+    EXPECT_GT(met, 1000);
+    EXPECT_GT(turnedAway, 1000);
+  }
 }
 
 TEST(Tessellation, RaysFindTheNearestOfAllTriangles) {
@@ -281,8 +313,9 @@ TEST(GridOutline, OfSeveralKeysHoldsAtAnyTime) {
     const V3f o(from), d(to - from);
     const GridRay ray(&o[0], &d[0], 0, INFINITY, float(unit(random)));
     GridHit hit;
-    const bool meets = grid->intersect(ray, whole(4, 5), &hit), may = outline.mayMeet(box, ray);
+    const bool meets = grid->intersect(ray, whole(4, 5), &hit), may = outline.mayMeetFine(box, ray);
     EXPECT_TRUE(may || !meets) << n;
+    EXPECT_TRUE(outline.mayMeet(ray) || !may) << n;
     met += meets;
     turnedAway += !may;
   }
