@@ -197,7 +197,7 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
       return true;
     }
     bool whole = true;
-    p.ints.reserve(a.floats.size());
+    p.ints.edit().reserve(a.floats.size());
     for (float f : a.floats) {
       whole &= f == std::floor(f);
       p.ints.push_back(toInt(f));

@@ -263,7 +263,7 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     p.shape = std::move(m);
   } else if (r.name == "PointsPolygons" || r.name == "PointsGeneralPolygons") {
     PolygonMesh m;
-    if (r.name == "PointsGeneralPolygons" && !c.integers(m.loopsPerFace)) return bad("three arrays of whole numbers");
+    if (r.name == "PointsGeneralPolygons" && !c.integers(m.loopsPerFace.edit())) return bad("three arrays of whole numbers");
     if (!c.integers(m.verticesPerLoop) || !c.integers(m.vertices))
       return bad("arrays of whole numbers: vertex counts and indices");
     // the general form with one loop a face is the plain form
@@ -331,7 +331,7 @@ std::optional<Primitive> Interpreter::primitive(Request& r) {
     NuPatch m;
     for (int i = 0; i < 2; ++i) {
       double n[2], range[2];
-      std::vector<float>& knots = i ? m.vKnots : m.uKnots;
+      std::vector<float>& knots = (i ? m.vKnots : m.uKnots).edit();
       if (!c.numbers(2, n) || !c.floats(knots) || !c.numbers(2, range))
         return bad("count, order, knots and range for u and for v");
       for (const double v : n)

@@ -315,7 +315,7 @@ void Interpreter::illuminate(Request& r) {
   if (on == 0)
     p.strings.push_back(handle);
   else
-    std::erase(p.strings, handle);
+    std::erase(p.strings.edit(), handle);
   p.arrayLength = int(p.strings.size());
   p.pos = r.pos;
   if (p.strings.empty())
@@ -482,7 +482,7 @@ void Interpreter::trimCurve(Request& r) {
     p.isArray = true;
     p.pos = r.pos;
     p.type = isInt ? scene::ValueType::Int : scene::ValueType::Float;
-    if (isInt ? !c.integers(p.ints) : !c.floats(p.floats)) return badArguments(r, "nine arrays");
+    if (isInt ? !c.integers(p.ints.edit()) : !c.floats(p.floats)) return badArguments(r, "nine arrays");
     for (float f : p.floats)
       if (!std::isfinite(f)) return badArguments(r, "finite numbers");
     lengths[i] = p.size();

@@ -76,6 +76,10 @@ class Writer {
   void argument(const std::vector<T>& v) {
     array(v);
   }
+  template <class T>
+  void argument(const LeanVector<T>& v) {
+    array(v);
+  }
   void argument(const Keys<double>& v) { array(std::vector<double>(v.begin(), v.end())); }
 
   // ---- parts

@@ -20,6 +20,8 @@ struct IsVector : std::false_type {};
 template <class T>
 struct IsVector<std::vector<T>> : std::true_type {};
 template <class T>
+struct IsVector<LeanVector<T>> : std::true_type {};
+template <class T>
 struct IsVector<Keys<T>> : std::true_type {};
 template <>
 struct IsVector<InstanceList> : std::true_type {};

@@ -22,6 +22,10 @@ struct Kind<std::vector<T>> : Kind<void> {
   static constexpr bool isVector = true;
 };
 template <class T>
+struct Kind<LeanVector<T>> : Kind<void> {
+  static constexpr bool isVector = true;
+};
+template <class T>
 struct Kind<Keys<T>> : Kind<void> {
   static constexpr bool isVector = true;
 };

@@ -112,8 +112,8 @@ size_t ParameterList::bytes() const {
   size_t n = list_.capacity() * sizeof(list_[0]);
   for (const auto& p : list_) {
     n += sizeof(Parameter) + p->name.capacity() + p->floats.capacity() * sizeof(float) +
-         p->ints.capacity() * sizeof(int);
-    for (const std::string& s : p->strings) n += sizeof s + s.capacity();
+         p->ints.bytes() + p->strings.bytes();
+    for (const std::string& s : p->strings) n += s.capacity();
   }
   return n;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/diagnostics.h"
+#include "scene/lean_vector.h"
 
 namespace kinora::scene {
 
@@ -46,8 +47,8 @@ struct Parameter {
   int arrayLength = 1;       // n of type[n]
   // Exactly one of the three is used, by type; flattened: elements x arrayLength x components.
   std::vector<float> floats;
-  std::vector<int> ints;
-  std::vector<std::string> strings;
+  LeanVector<int> ints;
+  LeanVector<std::string> strings;
   SourcePos pos;
 
   size_t elementFloats() const { return size_t(arrayLength) * componentsOf(type); }  // values an element takes

@@ -19,6 +19,11 @@ size_t bytesOf(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
 }
 
+template <class T>
+size_t bytesOf(const LeanVector<T>& v) {
+  return v.bytes();
+}
+
 // What copies share is counted by each.
 size_t bytesOf(const Transform& t) { return t.times.heldBytes() + t.matrices.heldBytes(); }
 

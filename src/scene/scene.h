@@ -16,6 +16,7 @@
 
 #include "scene/instance_list.h"
 #include "scene/keys.h"
+#include "scene/lean_vector.h"
 #include "scene/parameters.h"
 
 namespace kinora::scene {
@@ -109,7 +110,7 @@ struct Quadric {
 };
 // All four polygon requests: face f has loopsPerFace[f] loops (empty vector: one each), the first the outer one.
 struct PolygonMesh {
-  std::vector<int> loopsPerFace;
+  LeanVector<int> loopsPerFace;
   std::vector<int> verticesPerLoop;
   std::vector<int> vertices;  // empty: 0, 1, 2 ... (Polygon, GeneralPolygon)
 };
@@ -122,7 +123,7 @@ struct SubdivisionMesh {
     std::vector<float> floats;
     std::vector<std::string> strings;
   };
-  std::vector<Tag> tags;
+  LeanVector<Tag> tags;
 };
 struct Curves {
   bool cubic = false, periodic = false;
@@ -140,7 +141,7 @@ struct PatchMesh {
 };
 struct NuPatch {
   int nu = 0, uOrder = 0, nv = 0, vOrder = 0;
-  std::vector<float> uKnots, vKnots;
+  LeanVector<float> uKnots, vKnots;
   float uMin = 0, uMax = 1, vMin = 0, vMax = 1;
   ParameterList trim;  // TrimCurve arrays by their names in rib.md, empty when untrimmed
 };
@@ -168,9 +169,9 @@ struct Primitive {
   uint32_t id = 0;  // stable over edits, unique in the scene, from 1
   Shape shape;
   ParameterList primvars;
-  std::vector<double> times;          // empty: no deformation
-  std::vector<ParameterList> motion;  // times.size() - 1 of them
-  Transform toWorld;                  // object -> world (inside a prototype: object -> prototype space)
+  LeanVector<double> times;          // empty: no deformation
+  LeanVector<ParameterList> motion;  // times.size() - 1 of them
+  Transform toWorld;                 // object -> world (inside a prototype: object -> prototype space)
   AttributesPtr attributes;
   uint32_t solid = 0;  // that it bounds a part of: place in `solids` of the scene or the prototype, from 1; 0: none
   SourcePos pos;
