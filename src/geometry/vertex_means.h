@@ -11,12 +11,7 @@ inline uint64_t pairOf(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b))
 
 // The vertices of a mesh, and what it is, without its faces.
 inline Mesh verticesOf(const Mesh& mesh) {
-  Mesh out;
-  out.kind = mesh.kind;
-  out.origin = mesh.origin;
-  out.flipNormals = mesh.flipNormals;
-  out.doubleSided = mesh.doubleSided;
-  out.bounds = mesh.bounds;
+  Mesh out = emptyLike(mesh);
   out.points = mesh.points;
   out.vertexCount = mesh.vertexCount;
   out.primvars = mesh.primvars;

@@ -209,15 +209,7 @@ void FrameWorld::addCosts(const std::vector<ShaderCost>& before) {
   for (const ShaderCost& was : before) {
     const auto is =
         std::find_if(shaders.begin(), shaders.end(), [&](const ShaderCost& c) { return c.name == was.name; });
-    if (is == shaders.end()) continue;
-    is->runs += was.runs;
-    is->points += was.points;
-    is->nanoseconds += was.nanoseconds;
-    is->countedRuns += was.countedRuns;
-    is->instructions += was.instructions;
-    is->uniformInstructions += was.uniformInstructions;
-    is->lanes.active += was.lanes.active;
-    is->lanes.possible += was.lanes.possible;
+    if (is != shaders.end()) is->addCost(was);
   }
 }
 
