@@ -118,6 +118,18 @@ inline NodePtr with(const NodePtr& node, Parameter p) {
   n->params.set(std::move(p));
   return n;
 }
+// One of these texts for a parameter of the first pattern of a plug-in.
+inline std::string changePattern(Scene& s, R& r, const char* what, const char* plugin, const char* parameter,
+                                 const std::vector<const char*>& texts) {
+  return changeNetwork(s, r, what, [&](Network& n) {
+    for (NodePtr& p : n.patterns)
+      if (p->plugin == plugin) {
+        p = with(p, text(parameter, texts[r.below(texts.size())]));
+        return true;
+      }
+    return false;
+  });
+}
 inline NodePtr node(const char* kind, const char* plugin, const char* handle) {
   auto n = std::make_shared<Node>();
   n->kind = kind;

@@ -53,28 +53,12 @@ const Kind kKindsOfObjects[] = {
        });
      }},
     {"texture",
-     [](Scene& s, R& r) -> std::string {
-       static const char* const kFiles[] = {"wood.png", "brick.png", "none.png"};
-       return changeNetwork(s, r, "texture", [&](Network& n) {
-         for (NodePtr& p : n.patterns)
-           if (p->plugin == "PxrTexture") {
-             p = with(p, text("filename", kFiles[r.below(std::size(kFiles))]));
-             return true;
-           }
-         return false;
-       });
+     [](Scene& s, R& r) {
+       return changePattern(s, r, "texture", "PxrTexture", "filename", {"wood.png", "brick.png", "none.png"});
      }},
     {"shader",
-     [](Scene& s, R& r) -> std::string {
-       static const char* const kShaders[] = {"stripe", "spots", "none"};
-       return changeNetwork(s, r, "shader", [&](Network& n) {
-         for (NodePtr& p : n.patterns)
-           if (p->plugin == "PxrOSL") {
-             p = with(p, text("shader", kShaders[r.below(std::size(kShaders))]));
-             return true;
-           }
-         return false;
-       });
+     [](Scene& s, R& r) {
+       return changePattern(s, r, "shader", "PxrOSL", "shader", {"stripe", "spots", "none"});
      }},
     {"network structure",
      [](Scene& s, R& r) -> std::string {

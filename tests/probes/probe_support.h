@@ -2,6 +2,7 @@
 // by tests/probes only; it judges nothing itself.
 #pragma once
 #include <gtest/gtest.h>
+#include <kinora/bxdf.h>
 #include <kinora/integrator.h>
 #include <kinora/testing/statistics.h>
 
@@ -75,6 +76,32 @@ constexpr Descriptor probeOf(const char* name, const char* help, const Integrato
           [](const CreateInfo*, ErrorText*) -> void* { return new int; },
           [](void* p) { delete static_cast<int*>(p); }};
 }
+
+// Directions that the bxdfs of a context choose, in memory of the group. Its user fills u before generate().
+struct Generated {
+  float *u[4], *wi[3], *weight[3], *pdf;
+  uint32_t *slot, *flags;
+  Generated(Group* g, const Services* s, const Context& c) {
+    const auto floats = [&] { return static_cast<float*>(s->alloc(g, c.padded * sizeof(float))); };
+    const auto words = [&] { return static_cast<uint32_t*>(s->alloc(g, c.padded * sizeof(uint32_t))); };
+    for (float*& x : u) x = floats();
+    for (float*& x : wi) x = floats();
+    for (float*& x : weight) x = floats();
+    pdf = floats();
+    slot = words();
+    flags = words();
+  }
+  void generate(const Context& c) const {
+    const GenerateArgs args{{u[0], u[1], u[2], u[3]},
+                            {wi[0], wi[1], wi[2]},
+                            {weight[0], weight[1], weight[2]},
+                            pdf,
+                            nullptr,
+                            slot,
+                            flags};
+    c.bxdf->generate(&c, c.closure, &args);
+  }
+};
 
 inline image::Image pictureOf(render::Renderer& r, const char* channel = "Ci") {
   EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);

@@ -182,13 +182,7 @@ TEST(Irradiance, LightsRunNoPatternsAndSaySo) {
                        unbiased(0));
     SceneRender r(q);
     ASSERT_TRUE(r.ok());
-    const auto& m = r.messages();
-    EXPECT_EQ(std::count_if(m.begin(), m.end(),
-                            [](const std::string& s) {
-                              return s.find("LIGHT-CONNECTION") != std::string::npos &&
-                                     s.find("lightColor") != std::string::npos;
-                            }),
-              1);
+    EXPECT_EQ(timesSaid(r, {"LIGHT-CONNECTION", "lightColor"}), 1);
   }
 }
 
