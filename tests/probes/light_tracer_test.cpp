@@ -265,13 +265,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
   });
 }
 void destroy(void* p) { delete static_cast<lightTracer::Data*>(p); }
-uint32_t stages(const void*, Stage* out, uint32_t capacity) {
-  if (capacity < 2) return 0;
-  out[0] = {StageKind::CameraPaths, 0};
-  out[1] = {StageKind::LightPaths, 1};
-  return 2;
-}
-constexpr IntegratorTraits kTraits{&stages};
+constexpr IntegratorTraits kTraits{&cameraThenLightPaths};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 const Descriptor kLightTracer{kAbiVersion,
                               sizeof(Descriptor),
@@ -327,18 +321,15 @@ struct Rendered {
 Rendered renderAll(Workshop& stage, const std::string& text, const std::string& integrator,
                    std::vector<std::pair<std::string, std::string>> sets, uint32_t firstSeed) {
   Rendered r;
-  for (uint32_t seed = 0; seed < kSeeds; ++seed) {
-    render::Settings s;
-    s.threads = 1;
-    s.seed = firstSeed + seed;
-    s.integrator = integrator;
-    s.sets = sets;
-    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
-    const image::Image picture = pictureOf(*renderer);
+  render::Settings s;
+  s.integrator = integrator;
+  s.sets = std::move(sets);
+  forSeeds(stage, text, s, firstSeed, kSeeds, [&](render::Renderer& renderer) {
+    const image::Image picture = pictureOf(renderer);
     r.Ci.add(picture, kSide, kSide, kTile);
     r.whole.add(picture, kSide, kSide, kSide);
-    r.direct.add(renderer->film().resolve(renderer->film().layout().find("directDiffuse")), kSide, kSide, kTile);
-  }
+    r.direct.add(renderer.film().resolve(renderer.film().layout().find("directDiffuse")), kSide, kSide, kTile);
+  });
   return r;
 }
 

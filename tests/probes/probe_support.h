@@ -55,6 +55,14 @@ class Workshop {
   }
 };
 
+// IntegratorTraits::stages.
+inline uint32_t cameraThenLightPaths(const void*, Stage* out, uint32_t capacity) {
+  if (capacity < 2) return 0;
+  out[0] = {StageKind::CameraPaths, 0};
+  out[1] = {StageKind::LightPaths, 1};
+  return 2;
+}
+
 // An integrator of a test's own that needs no data: what it says of itself, with the same functions for all widths.
 template <const IntegratorFunctions& functions>
 inline constexpr WidthTable kSameAtAllWidths[] = {
@@ -108,6 +116,18 @@ inline image::Image pictureOf(render::Renderer& r, const char* channel = "Ci") {
   const int index = r.film().layout().find(channel);
   EXPECT_GE(index, 0) << channel;
   return r.film().resolve(index);
+}
+
+// A renderer of the scene for each of `seeds` seeds from `first` on, with settings that are the same but for that (threads:
+// one where they say none). show(renderer) renders.
+template <class Show>
+void forSeeds(Workshop& stage, const std::string& text, render::Settings settings, uint32_t first, uint32_t seeds,
+              Show&& show) {
+  if (settings.threads == 0) settings.threads = 1;
+  for (uint32_t k = 0; k < seeds; ++k) {
+    settings.seed = first + k;
+    show(*stage.load(sceneOf(text, stage.messages), settings));
+  }
 }
 
 // All integers of the film: equal pictures in the strictest sense.

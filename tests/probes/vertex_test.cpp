@@ -485,14 +485,8 @@ void integrate(const void*, uint32_t stage, Group* g, const Services* s) {
       break;
   }
 }
-uint32_t stages(const void*, Stage* out, uint32_t capacity) {
-  if (capacity < 2) return 0;
-  out[0] = {StageKind::CameraPaths, 0};
-  out[1] = {StageKind::LightPaths, 1};
-  return 2;
-}
 constexpr IntegratorFunctions kFunctions{&integrate};
-constexpr IntegratorTraits kTraits{&stages};
+constexpr IntegratorTraits kTraits{&cameraThenLightPaths};
 constexpr Descriptor kProbe = probeOf<kFunctions>("ProbeVertex", "Digests of vertices.", kTraits, kParams, 1);
 
 // Glass in water with absorption, a moving placed mesh with normals and primvars, bilinear quads, curves, a network,
