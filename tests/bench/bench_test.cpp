@@ -49,6 +49,13 @@ TEST(Bench, AnUnwritableFileIsSaid) {
   EXPECT_NE(r.out.find("BENCH-WRITE"), std::string::npos) << r.out;
 }
 
+// Something is found to be wrong, and said in these words.
+void expectFails(const std::string& arguments, const std::string& words) {
+  const Result r = run(arguments);
+  EXPECT_EQ(r.code, 1) << r.out;
+  EXPECT_NE(r.out.find(words), std::string::npos) << r.out;
+}
+
 // The figures that a run writes, which finds nothing wrong: rays counted, rays replayed and hits agree.
 nlohmann::json written(const std::string& arguments) {
   std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
@@ -132,9 +139,7 @@ TEST(Bench, AValueOfTheMachineThatDiffersFails) {
   EXPECT_EQ(sound.out.find("warning"), std::string::npos) << sound.out;  // as of a picture that is not there
   // the figure says which programs it is the median of
   EXPECT_NE(sound.out.find("of marble, "), std::string::npos) << sound.out;
-  const Result spoiled = run("shading --quick --repeat 1 --only machine --spoil");
-  EXPECT_EQ(spoiled.code, 1) << spoiled.out;
-  EXPECT_NE(spoiled.out.find("BENCH-VALUES: marble: 1 of 3072 values"), std::string::npos) << spoiled.out;
+  expectFails("shading --quick --repeat 1 --only machine --spoil", "BENCH-VALUES: marble: 1 of 3072 values");
 }
 
 TEST(Bench, SamplingWritesErrorsByIntegrandAndCount) {
@@ -177,9 +182,7 @@ TEST(Bench, MediaWriteFlatJsonWithEveryKey) {
     EXPECT_GT(j[name].get<double>(), 0) << name;
   }
   // a lookup that is not OpenVDB's is found
-  const Result spoiled = run("media --quick --repeat 1 --only lookups --spoil");
-  EXPECT_EQ(spoiled.code, 1) << spoiled.out;
-  EXPECT_NE(spoiled.out.find("BENCH-VALUES: lookups differ"), std::string::npos) << spoiled.out;
+  expectFails("media --quick --repeat 1 --only lookups --spoil", "BENCH-VALUES: lookups differ");
 }
 
 TEST(Bench, FramesOfShadersAreThoseOfPlugIns) {
