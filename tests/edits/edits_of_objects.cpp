@@ -185,18 +185,13 @@ const Kind kKindsOfObjects[] = {
      }},
     {"points move",
      [](Scene& s, R& r) -> std::string {
-       return change(s, r, "points", [&](Primitive& p) {
-         Parameter* points = p.primvars.find("P");
-         if (!points || points->floats.empty()) return false;
-         points->floats[r.below(points->floats.size())] += float(r.number(-0.4, 0.4));
-         return true;
+       return changePoints(s, r, "points", [&](Primitive&, std::vector<float>& points) {
+         points[r.below(points.size())] += float(r.number(-0.4, 0.4));
        });
      }},
     {"deformation",
      [](Scene& s, R& r) -> std::string {
-       return change(s, r, "deformation", [&](Primitive& p) {
-         Parameter* points = p.primvars.find("P");
-         if (!points || points->floats.empty()) return false;
+       return changePoints(s, r, "deformation", [&](Primitive& p, std::vector<float>&) {
          if (!p.motion.empty() && r.coin()) {
            p.motion.clear();
            p.times.clear();
@@ -206,7 +201,6 @@ const Kind kKindsOfObjects[] = {
            p.motion = {key};
            p.times = {0, 1};
          }
-         return true;
        });
      }},
     {"primvar",
