@@ -328,8 +328,7 @@ TEST(DirectLight, LightsThatChangeTheirSizeAreTold) {
             " MotionEnd Light \"PxrSphereLight\" \"lamp\"\nAttributeEnd\nSphere 0.4 -0.4 0.4 360\nWorldEnd\n";
     SceneRender render(r);
     EXPECT_TRUE(render.ok());
-    return std::count_if(render.messages().begin(), render.messages().end(),
-                         [](const std::string& m) { return m.find("LIGHT-MOTION") != std::string::npos; });
+    return timesSaid(render, {"LIGHT-MOTION"});
   };
   EXPECT_EQ(messages("Shutter 0 1\n", "Scale 1 1 1", "Scale 1 2 1"), 1);
   EXPECT_EQ(messages("Shutter 0 1\n", "Scale 1 1 1", "Scale -0.5 1 1"), 1);
