@@ -25,6 +25,14 @@ using render::Statistics;
 
 uint64_t totalRays(const Statistics& s) { return s.cameraRays + s.indirectRays + s.shadowRays + s.lightRays; }
 
+// Of shaders or buckets.
+template <class T>
+std::vector<T> slowest(std::vector<T> order, size_t most) {
+  std::stable_sort(order.begin(), order.end(), [](const T& a, const T& b) { return a.nanoseconds > b.nanoseconds; });
+  order.resize(std::min(order.size(), most));
+  return order;
+}
+
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 double share(const LaneUse& l) { return ratio(double(l.active), double(l.possible)); }
 
@@ -226,33 +234,14 @@ render::ShaderCost costOfShaders(const Statistics& s) {
   all.name = "all";
   for (const render::ShaderCost& c : s.shaders) {
     all.materials += c.materials;
-    all.runs += c.runs;
-    all.points += c.points;
-    all.nanoseconds += c.nanoseconds;
-    all.countedRuns += c.countedRuns;
-    all.instructions += c.instructions;
-    all.uniformInstructions += c.uniformInstructions;
-    all.lanes.active += c.lanes.active;
-    all.lanes.possible += c.lanes.possible;
+    all.addCost(c);
   }
   return all;
 }
 
-std::vector<render::ShaderCost> slowestShaders(const Statistics& s, size_t most) {
-  std::vector<render::ShaderCost> order = s.shaders;
-  std::stable_sort(order.begin(), order.end(),
-                   [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
-  order.resize(std::min(order.size(), most));
-  return order;
-}
+std::vector<render::ShaderCost> slowestShaders(const Statistics& s, size_t most) { return slowest(s.shaders, most); }
 
-std::vector<render::BucketTime> slowestBuckets(const Statistics& s, size_t most) {
-  std::vector<render::BucketTime> order = s.buckets;
-  std::stable_sort(order.begin(), order.end(),
-                   [](const auto& a, const auto& b) { return a.nanoseconds > b.nanoseconds; });
-  order.resize(std::min(order.size(), most));
-  return order;
-}
+std::vector<render::BucketTime> slowestBuckets(const Statistics& s, size_t most) { return slowest(s.buckets, most); }
 
 std::vector<WorstPixel> worstPixels(const Statistics& s, size_t most) {
   const render::PixelMap& m = s.relativeError;

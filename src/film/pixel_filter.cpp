@@ -151,6 +151,14 @@ void cutIntoCells(const std::vector<double>& f, double low, double high, int cel
   edges[k] = snapped(low + double(runs.back().end) * step);
 }
 
+image::Status checkWidths(float x, float y) {
+  for (const float w : {x, y})
+    if (!(w >= kLeastWidth && w <= kMostWidth))
+      return image::Status::fail("FILM-FILTER",
+                                 "a pixel filter's width of " + std::to_string(w) + " is outside 0.001 to 64 pixels");
+  return {};
+}
+
 }  // namespace
 
 const std::vector<std::string>& PixelFilter::names() {
@@ -168,10 +176,7 @@ image::Status PixelFilter::make(std::string_view name, float xWidth, float yWidt
   out = PixelFilter();
   if (it == names().end())
     return image::Status::fail("FILM-FILTER", "unknown pixel filter \"" + std::string(name) + "\"");
-  for (const float w : {xWidth, yWidth})
-    if (!(w >= kLeastWidth && w <= kMostWidth))
-      return image::Status::fail("FILM-FILTER",
-                                 "a pixel filter's width of " + std::to_string(w) + " is outside 0.001 to 64 pixels");
+  if (image::Status s = checkWidths(xWidth, yWidth); !s.ok()) return s;
   PixelFilter made = out;
   made.name_ = lower;
   made.kind_ = int(it - names().begin());
@@ -186,10 +191,7 @@ image::Status PixelFilter::make(std::string_view name, float xWidth, float yWidt
 
 image::Status PixelFilter::make(std::string_view name, float xWidth, float yWidth, Value value, PixelFilter& out) {
   out = PixelFilter();
-  for (const float w : {xWidth, yWidth})
-    if (!(w >= kLeastWidth && w <= kMostWidth))
-      return image::Status::fail("FILM-FILTER",
-                                 "a pixel filter's width of " + std::to_string(w) + " is outside 0.001 to 64 pixels");
+  if (image::Status s = checkWidths(xWidth, yWidth); !s.ok()) return s;
   PixelFilter made = out;
   made.name_ = name;
   made.kind_ = Foreign;

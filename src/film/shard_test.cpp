@@ -15,11 +15,7 @@
 namespace kinora::film {
 namespace {
 
-using test::everyReducer;
-using test::makeFilm;
-using test::randomSamples;
-using test::sameState;
-using test::Samples;
+using test::everyReducer, test::makeFilm, test::randomSamples, test::sameState, test::Samples;
 
 class ShardFile : public test::FolderTest {
  protected:

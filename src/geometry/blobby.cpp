@@ -224,11 +224,7 @@ bool makeBlobby(const scene::Primitive& primitive, const scene::OtherPrimitive& 
     mesh.indices = std::move(made.indices);
     storePoints(made.points, 1, mesh);
     blendPrimvars(primitive, field, leaves, made.points, diagnostics, mesh);
-    Primvar n;
-    n.name = "N";
-    n.type = scene::ValueType::Normal;
-    n.width = 3;
-    n.rate = Primvar::Rate::PerVertex;
+    Primvar n = Primvar::normals();
     for (const V3d& v : made.normals)
       for (int c = 0; c < 3; ++c) n.data.push_back(float(mesh.flipNormals ? -v[c] : v[c]));
     mesh.primvars.push_back(std::move(n));

@@ -281,11 +281,7 @@ static double cornerAngle(const V3d& at, const V3d& b, const V3d& c) {
 }
 
 void addSmoothNormals(Mesh& mesh) {
-  Primvar n;
-  n.name = "N";
-  n.type = scene::ValueType::Normal;
-  n.width = 3;
-  n.rate = Primvar::Rate::PerVertex;
+  Primvar n = Primvar::normals();
   n.data.reserve(mesh.points.size() * 3);
   std::vector<V3d> sum;
   for (size_t key = 0; key < size_t(mesh.keyCount()); ++key) {

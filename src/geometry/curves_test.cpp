@@ -7,8 +7,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
-using scene::ValueType;
 
 scene::Primitive curves(bool cubic, bool periodic, std::vector<int> counts, std::vector<float> p) {
   scene::Primitive out = primitive(scene::Curves{cubic, periodic, std::move(counts)});
@@ -140,14 +138,7 @@ TEST(Curves, KindFollowsNormalsAndAttribute) {
   const auto kindOf = [&](bool cubic, bool normals, int round) {
     scene::Primitive c = curves(cubic, false, {4}, p);
     if (normals) c.primvars.set(parameter("N", StorageClass::Constant, ValueType::Normal, {0, 0, 2}));
-    if (round >= 0)
-      edit(c, [&](scene::Attributes& a) {
-        scene::Parameter r;
-        r.name = "dice:roundcurve";
-        r.type = ValueType::Int;
-        r.ints = {round};
-        a.named.set(r);
-      });
+    if (round >= 0) setAttribute(c, "dice:roundcurve", round);
     Quiet d;
     const auto m = make(c, d);
     if (m && m->isOriented()) {
@@ -329,13 +320,7 @@ TEST(Curves, ThinOnesAreMadeWiderByTheirShare) {
   scene::Primitive p = curves(true, false, {4}, {0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0});
   setBasis(p, {-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0}, 3);
   p.primvars.set(parameter("width", StorageClass::Varying, ValueType::Float, {0.2f, 0}));
-  edit(p, [](scene::Attributes& a) {
-    scene::Parameter r;
-    r.name = "hair:minwidth";
-    r.type = ValueType::Float;
-    r.floats = {0.5f};
-    a.named.set(r);
-  });
+  setAttribute(p, "hair:minwidth", 0.5f);
   Quiet d;
   DiceRate rate;
   rate.edgeLength = [](const V3d&) { return 0.6; };

@@ -11,9 +11,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::PolygonMesh;
-using scene::StorageClass;
-using scene::ValueType;
 using Field = std::function<V3d(const V3d& p, const V3d& n, size_t key)>;
 
 DiceRate displaced(double e) {
@@ -228,13 +225,7 @@ TEST(Displace, ABoxByADistanceIsALargerBox) {
 
 TEST(Displace, PolygonsMayMoveAsIfTheyWereSmooth) {
   scene::Primitive p = box();
-  edit(p, [](scene::Attributes& a) {
-    scene::Parameter v;
-    v.name = "polygon:smoothdisplacement";
-    v.type = ValueType::Int;
-    v.ints = {1};
-    a.named.set(v);
-  });
+  setAttribute(p, "polygon:smoothdisplacement", 1);
   EXPECT_EQ(made(p).find("N"), nullptr) << "what is not displaced stays as it is";
   Mesh m = refined(made(p, displaced(0.5)), displaced(0.5));
   const Mesh before = m;

@@ -8,8 +8,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
-using scene::ValueType;
 
 constexpr double kSide = 1e4;
 

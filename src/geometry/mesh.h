@@ -22,6 +22,8 @@ struct Primvar {
   Rate rate = Rate::Constant;
   std::vector<float> data;  // PerVertex: keys x vertices x width only for "N" of a deforming mesh; else one key
   std::vector<std::string> strings;  // string primvars are Constant or PerFace
+  // "N", by vertex, without data.
+  static Primvar normals() { return {"N", scene::ValueType::Normal, 3, Rate::PerVertex, {}, {}}; }
 };
 
 // Which way it faces. The geometric normal of triangle t is e1 x e2 in object space (e1 = P1 - P0, e2 = P2 - P0),
@@ -150,5 +152,16 @@ struct Mesh {
                           (i + 9 > indices.size() || faceOf(first + 2) != faceOf(first)));
   }
 };
+
+// What a mesh is, but for its vertices, faces and values.
+inline Mesh emptyLike(const Mesh& mesh) {
+  Mesh out;
+  out.kind = mesh.kind;
+  out.origin = mesh.origin;
+  out.flipNormals = mesh.flipNormals;
+  out.doubleSided = mesh.doubleSided;
+  out.bounds = mesh.bounds;
+  return out;
+}
 
 }  // namespace kinora::geometry

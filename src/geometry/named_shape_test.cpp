@@ -7,8 +7,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
-using scene::ValueType;
 
 scene::Primitive named(const std::string& name) {
   scene::OtherPrimitive o{"Geometry", {}};

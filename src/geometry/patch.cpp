@@ -317,11 +317,7 @@ bool makePatches(const scene::Primitive& primitive, const DiceRate& rate, Diagno
   }
   repairNormals(primitive, mesh, diagnostics);
   if (!mesh.find("N")) {
-    Primvar n;
-    n.name = "N";
-    n.type = scene::ValueType::Normal;
-    n.width = 3;
-    n.rate = Primvar::Rate::PerVertex;
+    Primvar n = Primvar::normals();
     for (const auto& key : pieces.normals)
       for (const V3d& v : key)
         for (int c = 0; c < 3; ++c) n.data.push_back(float(mesh.flipNormals ? -v[c] : v[c]));

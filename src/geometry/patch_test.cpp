@@ -6,8 +6,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
-using scene::ValueType;
 
 scene::PatchMesh patchMesh(bool bicubic, int nu, bool uPeriodic, int nv, bool vPeriodic) {
   return {bicubic, uPeriodic, vPeriodic, nu, nv};

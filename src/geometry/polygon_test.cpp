@@ -12,9 +12,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::PolygonMesh;
-using scene::StorageClass;
-using scene::ValueType;
 
 scene::Primitive polygons(PolygonMesh shape, std::vector<float> p) {
   scene::Primitive out = primitive(std::move(shape));
@@ -411,14 +408,8 @@ TEST(Polygon, SmoothNormalsAreDerivedOnRequestOnly) {
   EXPECT_EQ(made(prim).find("N"), nullptr);
   EXPECT_GT(volume(made(prim)), 7.999);  // outward
   for (bool reverse : {false, true}) {
-    edit(prim, [&](scene::Attributes& a) {
-      scene::Parameter on;
-      on.name = "polygon:smoothnormals";
-      on.type = ValueType::Int;
-      on.ints = {1};
-      a.named.set(on);
-      a.reverseOrientation = reverse;
-    });
+    setAttribute(prim, "polygon:smoothnormals", 1);
+    edit(prim, [&](scene::Attributes& a) { a.reverseOrientation = reverse; });
     const Mesh m = made(prim);
     const Primvar* n = m.find("N");
     ASSERT_NE(n, nullptr);

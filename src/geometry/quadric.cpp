@@ -269,11 +269,7 @@ bool makeQuadric(const scene::Primitive& primitive, const Quadric& quadric, cons
   std::vector<V3d> points;
   points.reserve(vertices * keys.size());
   mesh.vertexUV.reserve(vertices);
-  Primvar normals;
-  normals.name = "N";
-  normals.type = scene::ValueType::Normal;
-  normals.width = 3;
-  normals.rate = Primvar::Rate::PerVertex;
+  Primvar normals = Primvar::normals();
   normals.data.reserve(vertices * keys.size() * 3);
   std::vector<double> cosines(columns * 2), sines(columns * 2);  // at the columns, then between them
   for (const Key& key : keys) {

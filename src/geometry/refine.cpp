@@ -49,12 +49,8 @@ class Refiner {
     findEdges();
     chooseRates();
     listValues();
-    out_.kind = base_.kind;
-    out_.origin = base_.origin;
+    out_ = emptyLike(base_);
     out_.times = base_.times;
-    out_.flipNormals = base_.flipNormals;
-    out_.doubleSided = base_.doubleSided;
-    out_.bounds = base_.bounds;
     firstAt_.assign(size_t(siteCount_), kNone);
     for (size_t e = 0; e < elements_.size(); ++e) {
       if (e % kBetweenStops == 0 && rate_.isStopped()) break;
@@ -491,11 +487,7 @@ void Refiner::finish() {
   out_.vertexCount = uint32_t(count);
   out_.points.reserve(count * keys_ + 2);  // for Embree, see trace/world.cpp
   for (const std::vector<V3f>& p : outPoints_) out_.points.insert(out_.points.end(), p.begin(), p.end());
-  Primvar n;
-  n.name = "N";
-  n.type = scene::ValueType::Normal;
-  n.width = 3;
-  n.rate = Rate::PerVertex;
+  Primvar n = Primvar::normals();
   n.data.reserve(count * keys_ * 3);
   for (size_t key = 0; key < keys_; ++key)
     for (size_t v = 0; v < count; ++v)

@@ -330,11 +330,7 @@ bool Subdivider::run(const std::vector<SourcePrimvar>& primvars) {
       for (uint32_t v : missing) n[v] = n[v].length() > 0 ? n[v].normalized() : V3d(0, 0, 1);
     }
   }
-  Primvar normals;
-  normals.name = "N";
-  normals.type = scene::ValueType::Normal;
-  normals.width = 3;
-  normals.rate = Primvar::Rate::PerVertex;
+  Primvar normals = Primvar::normals();
   normals.data.reserve(all.size() * 3);
   for (const auto& key : outNormals_)
     for (const V3d& n : key)

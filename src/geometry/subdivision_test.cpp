@@ -9,9 +9,7 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
 using scene::SubdivisionMesh;
-using scene::ValueType;
 
 struct CageData {
   std::vector<int> sizes, vertices;

@@ -6,8 +6,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
-using scene::ValueType;
 
 TEST(Surface, DerivativesOverAQuadAreThoseOfThePlane) {
   // P = (3 u, 2 v, u) over a quad; heat = 5 u - 7 v; both triangles must say the same.

@@ -62,11 +62,7 @@ bool makeTeapot(const scene::Primitive& primitive, const DiceRate& rate, Diagnos
   capGrid(nu, nv, share.maxTriangles);
 
   std::vector<V3d> points;
-  Primvar normals;
-  normals.name = "N";
-  normals.type = scene::ValueType::Normal;
-  normals.width = 3;
-  normals.rate = Primvar::Rate::PerVertex;
+  Primvar normals = Primvar::normals();
   for (size_t p = 0; p < surfaces.size(); ++p) {
     const TensorSurface& surface = surfaces[p];
     const Axis::Span &a = surface.u.spans()[0], &b = surface.v.spans()[0];

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <variant>
 
 #include "geometry/tessellate.h"
 
@@ -15,6 +16,9 @@ namespace kinora::geometry::testing {
 
 using Imath::V3d;
 using Imath::V3f;
+using scene::PolygonMesh;
+using scene::StorageClass;
+using scene::ValueType;
 
 inline scene::Parameter parameter(const std::string& name, scene::StorageClass storage, scene::ValueType type,
                                   std::vector<float> values, int arrayLength = 1) {
@@ -44,6 +48,20 @@ inline void edit(scene::Primitive& p, const std::function<void(scene::Attributes
   auto a = std::make_shared<scene::Attributes>(*p.attributes);
   change(*a);
   p.attributes = a;
+}
+
+// A named attribute of the primitive.
+inline void setAttribute(scene::Primitive& p, const std::string& name, std::variant<int, float> value) {
+  scene::Parameter a;
+  a.name = name;
+  if (const int* i = std::get_if<int>(&value)) {
+    a.type = ValueType::Int;
+    a.ints = {*i};
+  } else {
+    a.type = ValueType::Float;
+    a.floats = {std::get<float>(value)};
+  }
+  edit(p, [&](scene::Attributes& all) { all.named.set(a); });
 }
 
 // Messages go nowhere but into the counts.

@@ -6,8 +6,6 @@ namespace kinora::geometry {
 namespace {
 
 using namespace testing;
-using scene::StorageClass;
-using scene::ValueType;
 
 // The arrays of TrimCurve, grown loop by loop.
 struct TrimText {

@@ -12,12 +12,7 @@ inline uint64_t pairOf(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b))
 // The vertices of a mesh at one of its keys, and what it is, without its faces. Behind the first key the only primvar is
 // the one that has values for each: "N".
 inline Mesh verticesOf(const Mesh& mesh, size_t key = 0) {
-  Mesh out;
-  out.kind = mesh.kind;
-  out.origin = mesh.origin;
-  out.flipNormals = mesh.flipNormals;
-  out.doubleSided = mesh.doubleSided;
-  out.bounds = mesh.bounds;
+  Mesh out = emptyLike(mesh);
   out.vertexCount = mesh.vertexCount;
   const auto first = std::ptrdiff_t(key * mesh.vertexCount);
   out.points.assign(mesh.points.begin() + first, mesh.points.begin() + first + std::ptrdiff_t(mesh.vertexCount));

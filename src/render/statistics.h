@@ -48,6 +48,17 @@ struct ShaderCost {
   uint64_t materials = 0, runs = 0, points = 0, nanoseconds = 0;
   uint64_t countedRuns = 0, instructions = 0, uniformInstructions = 0;
   LaneUse lanes;  // of what kernels worked on: that held a point which took part
+  // What another one has cost goes on to this; not how many materials run it.
+  void addCost(const ShaderCost& other) {
+    runs += other.runs;
+    points += other.points;
+    nanoseconds += other.nanoseconds;
+    countedRuns += other.countedRuns;
+    instructions += other.instructions;
+    uniformInstructions += other.uniformInstructions;
+    lanes.active += other.lanes.active;
+    lanes.possible += other.lanes.possible;
+  }
 };
 
 // What was made, over all load() and update() calls: of what an edit did not reach, nothing.

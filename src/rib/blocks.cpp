@@ -504,26 +504,32 @@ void Interpreter::ifBegin(Request& r) {
   conditions_.push_back(c);
 }
 
-void Interpreter::elseIf(Request& r) {
-  if (unopenedIfs_ > 0) return;
-  if (conditions_.empty())
-    return report(Severity::Error, "RIB-NESTING", r.pos, "ElseIf without IfBegin", "it is ignored");
+// The block whose next part begins with this request, the part before being over. Null: there is none.
+Interpreter::Condition* Interpreter::endPart(Request& r, const std::string& name) {
+  if (unopenedIfs_ > 0) return nullptr;
+  if (conditions_.empty()) {
+    report(Severity::Error, "RIB-NESTING", r.pos, name + " without IfBegin", "it is ignored");
+    return nullptr;
+  }
   Condition& c = conditions_.back();
   inactive_ -= !c.active;
-  c.active = inactive_ == 0 && !c.taken && !c.sawElse && condition(r);
-  c.taken |= c.active;
-  inactive_ += !c.active;
+  return &c;
+}
+
+void Interpreter::elseIf(Request& r) {
+  Condition* c = endPart(r, "ElseIf");
+  if (!c) return;
+  c->active = inactive_ == 0 && !c->taken && !c->sawElse && condition(r);
+  c->taken |= c->active;
+  inactive_ += !c->active;
 }
 
 void Interpreter::elseRequest(Request& r) {
-  if (unopenedIfs_ > 0) return;
-  if (conditions_.empty())
-    return report(Severity::Error, "RIB-NESTING", r.pos, "Else without IfBegin", "it is ignored");
-  Condition& c = conditions_.back();
-  inactive_ -= !c.active;
-  c.active = inactive_ == 0 && !c.taken && !c.sawElse;
-  c.taken = c.sawElse = true;
-  inactive_ += !c.active;
+  Condition* c = endPart(r, "Else");
+  if (!c) return;
+  c->active = inactive_ == 0 && !c->taken && !c->sawElse;
+  c->taken = c->sawElse = true;
+  inactive_ += !c->active;
 }
 
 void Interpreter::ifEnd(Request& r) {

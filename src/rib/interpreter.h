@@ -192,6 +192,7 @@ class Interpreter {
   void motionBegin(Request&);
   void motionEnd(Request&);
   void ifBegin(Request&);
+  Condition* endPart(Request&, const std::string& name);
   void elseIf(Request&);
   void elseRequest(Request&);
   void ifEnd(Request&);
@@ -273,6 +274,7 @@ class Interpreter {
   bool matrixOf(const Request& r, scene::Matrix& m, bool& replaces);
   void coordinateSystem(Request&);
   void scopedCoordinateSystem(Request&);
+  std::optional<std::string> nameOfSpace(Request& r);
   void addScopedSpace(const std::string& name);  // beside those of the scope
   void coordSysTransform(Request&);
 

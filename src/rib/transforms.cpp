@@ -225,18 +225,13 @@ void Interpreter::applyTransforms(std::vector<Request>& keys, const std::vector<
 void Interpreter::coordinateSystem(Request& r) {
   // what is read when a ray asks for it must not rename spaces for what others see
   if (!ancestors_.empty()) scopedCoordinateSystem(r);
-  Cursor c(r);
-  std::string name;
-  if (!c.string(name)) return badArguments(r, "a name");
-  if (!inWorldOrObject()) {
-    frame_.cameraSpaces[name] = state_.ctm;
-    return;
-  }
+  const std::optional<std::string> name = nameOfSpace(r);
+  if (!name) return;
   if (world_) {
-    world_->coordinateSystems[name] = state_.ctm;
-    onlyScoped_.erase(name);
+    world_->coordinateSystems[*name] = state_.ctm;
+    onlyScoped_.erase(*name);
   }
-  if (!openObjects_.empty()) addScopedSpace(name);  // each instance has its own
+  if (!openObjects_.empty()) addScopedSpace(*name);  // each instance has its own
 }
 
 void Interpreter::addScopedSpace(const std::string& name) {
@@ -247,22 +242,31 @@ void Interpreter::addScopedSpace(const std::string& name) {
   a.coordinateSystems = std::move(spaces);
 }
 
-void Interpreter::scopedCoordinateSystem(Request& r) {
+// The name that the request gives to a space in the world or an object. None where it is refused, and where it names one
+// before the world, which is entered here.
+std::optional<std::string> Interpreter::nameOfSpace(Request& r) {
   Cursor c(r);
   std::string name;
-  if (!c.string(name)) return badArguments(r, "a name");
-  if (!inWorldOrObject()) {
-    frame_.cameraSpaces[name] = state_.ctm;
-    return;
+  if (!c.string(name)) {
+    badArguments(r, "a name");
+    return std::nullopt;
   }
-  addScopedSpace(name);
+  if (inWorldOrObject()) return name;
+  frame_.cameraSpaces[name] = state_.ctm;
+  return std::nullopt;
+}
+
+void Interpreter::scopedCoordinateSystem(Request& r) {
+  const std::optional<std::string> name = nameOfSpace(r);
+  if (!name) return;
+  addScopedSpace(*name);
   // Patterns ask for systems by name alone, and exporters give each its own.
   if (!world_ || !openObjects_.empty()) return;
-  const auto [it, isNew] = world_->coordinateSystems.try_emplace(name, state_.ctm);
-  if (isNew) onlyScoped_.insert(name);
+  const auto [it, isNew] = world_->coordinateSystems.try_emplace(*name, state_.ctm);
+  if (isNew) onlyScoped_.insert(*name);
   if (!isNew && it->second.matrices != state_.ctm.matrices)
     report(Severity::Warning, "RIB-COORDSYS", r.pos,
-           "another coordinate system is called '" + name.substr(0, 60) + "' already",
+           "another coordinate system is called '" + name->substr(0, 60) + "' already",
            "light filters and CoordSysTransform in this scope use this one, patterns the first",
            "give each its own name");
 }

@@ -60,21 +60,32 @@ MadeLight::~MadeLight() {
   if (data_ && descriptor_.destroy) descriptor_.destroy(data_);
 }
 
-void LightSamples::run(const LightFunctions& f, const void* const* lights, bool byLane) {
-  for (uint32_t r = 0; r < kWi; ++r) a.pad(r);
-  LightSampleArgs s{};
+namespace {
+
+// What the calls have alike; `inputs`: the rows before it are read, whole vectors of them.
+template <class Arguments>
+Arguments argumentsOf(Rows& a, uint32_t inputs, uint32_t time, const void* const* lights) {
+  for (uint32_t r = 0; r < inputs; ++r) a.pad(r);
+  Arguments s{};
   s.light = lights;
-  s.lightStride = byLane;
   s.count = a.count();
+  s.time = a[time];
+  s.worldRadius = kWorldRadius;
+  return s;
+}
+
+}  // namespace
+
+void LightSamples::run(const LightFunctions& f, const void* const* lights, bool byLane) {
+  auto s = argumentsOf<LightSampleArgs>(a, kWi, kTime, lights);
+  s.lightStride = byLane;
   for (uint32_t k = 0; k < 3; ++k) {
     s.P[k] = a[kP + k];
     s.wi[k] = a[kWi + k];
     s.radiance[k] = a[kRadiance + k];
   }
-  s.time = a[kTime];
   s.u[0] = a[kU];
   s.u[1] = a[kU + 1];
-  s.worldRadius = kWorldRadius;
   s.distance = a[kDistance];
   s.pdf = a[kPdf];
   s.flags = flags.data();
@@ -82,18 +93,13 @@ void LightSamples::run(const LightFunctions& f, const void* const* lights, bool 
 }
 
 void LightRays::run(const LightFunctions& f, const void* const* lights, bool byLane, bool finite) {
-  for (uint32_t r = 0; r < kT; ++r) a.pad(r);
-  LightRayArgs s{};
-  s.light = lights;
+  auto s = argumentsOf<LightRayArgs>(a, kT, kTime, lights);
   s.lightStride = byLane;
-  s.count = a.count();
   for (uint32_t k = 0; k < 3; ++k) {
     s.o[k] = a[kO + k];
     s.d[k] = a[kD + k];
     s.radiance[k] = a[kRadiance + k];
   }
-  s.time = a[kTime];
-  s.worldRadius = kWorldRadius;
   s.t = a[kT];
   s.hit = hit.data();
   s.pdf = a[kPdf];
@@ -109,10 +115,7 @@ void LightRays::run(const LightFunctions& f, const void* const* lights, bool byL
 }
 
 void LightEmissions::run(const LightFunctions& f, const void* light) {
-  for (uint32_t r = 0; r < kO; ++r) a.pad(r);
-  LightEmitArgs s{};
-  s.light = &light;
-  s.count = a.count();
+  auto s = argumentsOf<LightEmitArgs>(a, kO, kTime, &light);
   for (uint32_t k = 0; k < 4; ++k) s.u[k] = a[kU + k];
   for (uint32_t k = 0; k < 3; ++k) {
     s.o[k] = a[kO + k];
@@ -120,8 +123,6 @@ void LightEmissions::run(const LightFunctions& f, const void* light) {
     s.N[k] = a[kN + k];
     s.radiance[k] = a[kRadiance + k];
   }
-  s.time = a[kTime];
-  s.worldRadius = kWorldRadius;
   s.pdfPosition = a[kPdfPosition];
   s.pdfDirection = a[kPdfDirection];
   f.emit(&s);

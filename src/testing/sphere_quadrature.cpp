@@ -163,23 +163,20 @@ SphereIntegral integrateSphere(const SphereCells& cells, const SphereFunction& f
       for (uint32_t i = 0; i < m; ++i) {
         const SphereCells::Cell& c = items[first + i].cell;
         const double size = 2.0 / double(1u << c.level), u0 = -1 + c.x * size, v0 = -1 + c.y * size;
-        for (int b = 0; b < kGaussPoints; ++b)
-          for (int a = 0; a < kGaussPoints; ++a, ++at) {
-            double jac;
-            const Vec3 d =
-                cells.direction(c.face, u0 + 0.5 * size * (1 + kNode[a]), v0 + 0.5 * size * (1 + kNode[b]), jac);
-            wi[0][at] = d.x;
-            wi[1][at] = d.y;
-            wi[2][at] = d.z;
-            jacobian[at] = jac * kWeight[a] * kWeight[b] * 0.25 * size * size;
-          }
-        for (int k = 0; k < kBorder; ++k, ++at) {
+        // the next direction, at (u, v) in -1..1 of the cell; its Jacobian
+        const auto place = [&](double u, double v) {
           double jac;
-          const Vec3 d =
-              cells.direction(c.face, u0 + 0.5 * size * (1 + kBorderU[k]), v0 + 0.5 * size * (1 + kBorderV[k]), jac);
+          const Vec3 d = cells.direction(c.face, u0 + 0.5 * size * (1 + u), v0 + 0.5 * size * (1 + v), jac);
           wi[0][at] = d.x;
           wi[1][at] = d.y;
           wi[2][at] = d.z;
+          return jac;
+        };
+        for (int b = 0; b < kGaussPoints; ++b)
+          for (int a = 0; a < kGaussPoints; ++a, ++at)
+            jacobian[at] = place(kNode[a], kNode[b]) * kWeight[a] * kWeight[b] * 0.25 * size * size;
+        for (int k = 0; k < kBorder; ++k, ++at) {
+          place(kBorderU[k], kBorderV[k]);
           jacobian[at] = 0;
         }
       }

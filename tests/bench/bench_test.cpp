@@ -49,17 +49,30 @@ TEST(Bench, AnUnwritableFileIsSaid) {
   EXPECT_NE(r.out.find("BENCH-WRITE"), std::string::npos) << r.out;
 }
 
-TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
+// Something is found to be wrong, and said in these words.
+void expectFails(const std::string& arguments, const std::string& words) {
+  const Result r = run(arguments);
+  EXPECT_EQ(r.code, 1) << r.out;
+  EXPECT_NE(r.out.find(words), std::string::npos) << r.out;
+}
+
+// The figures that a run writes, which finds nothing wrong: rays counted, rays replayed and hits agree.
+nlohmann::json written(const std::string& arguments) {
   std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
-  ASSERT_TRUE(mkdtemp(folder.data()));
-  const Result r = run("core --quick --repeat 2 --json " + folder + "/core.json");
+  if (!mkdtemp(folder.data())) return {};
+  const Result r = run(arguments + " --json " + folder + "/figures.json");
   EXPECT_EQ(r.code, 0) << r.out;
-  // rays counted, rays replayed and hits agree
   EXPECT_EQ(r.out.find("BENCH-"), std::string::npos) << r.out;
-  std::ifstream file(folder + "/core.json");
-  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
+  std::ifstream file(folder + "/figures.json");
+  nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
   std::filesystem::remove_all(folder);
-  ASSERT_TRUE(j.is_object()) << r.out;
+  EXPECT_TRUE(j.is_object()) << r.out;
+  return j;
+}
+
+TEST(Bench, CoreWritesFlatJsonWithEveryKey) {
+  const nlohmann::json j = written("core --quick --repeat 2");
+  ASSERT_TRUE(j.is_object());
   for (const auto& [name, value] : j.items()) EXPECT_TRUE(value.is_number()) << name;
   for (const char* name : {"curves_vs_embree",
                            "trace_vs_embree_10k",
@@ -126,20 +139,12 @@ TEST(Bench, AValueOfTheMachineThatDiffersFails) {
   EXPECT_EQ(sound.out.find("warning"), std::string::npos) << sound.out;  // as of a picture that is not there
   // the figure says which programs it is the median of
   EXPECT_NE(sound.out.find("of marble, "), std::string::npos) << sound.out;
-  const Result spoiled = run("shading --quick --repeat 1 --only machine --spoil");
-  EXPECT_EQ(spoiled.code, 1) << spoiled.out;
-  EXPECT_NE(spoiled.out.find("BENCH-VALUES: marble: 1 of 3072 values"), std::string::npos) << spoiled.out;
+  expectFails("shading --quick --repeat 1 --only machine --spoil", "BENCH-VALUES: marble: 1 of 3072 values");
 }
 
 TEST(Bench, SamplingWritesErrorsByIntegrandAndCount) {
-  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
-  ASSERT_TRUE(mkdtemp(folder.data()));
-  const Result r = run("sampling --quick --json " + folder + "/sampling.json");
-  EXPECT_EQ(r.code, 0) << r.out;
-  std::ifstream file(folder + "/sampling.json");
-  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
-  std::filesystem::remove_all(folder);
-  ASSERT_TRUE(j.is_object()) << r.out;
+  const nlohmann::json j = written("sampling --quick");
+  ASSERT_TRUE(j.is_object());
   for (const char* sequence : {"independent", "pmj02", "sobol", "matched"}) {
     const std::string name = std::string("error_") + sequence + "_penumbra_across_4d_16";
     ASSERT_TRUE(j.contains(name)) << name;
@@ -156,14 +161,8 @@ TEST(Bench, MatchedOrdersAreThoseOfTheSource) {
 }
 
 TEST(Bench, EditsWriteFlatJsonWithEveryKey) {
-  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
-  ASSERT_TRUE(mkdtemp(folder.data()));
-  const Result r = run("edits --quick --repeat 2 --json " + folder + "/edits.json");
-  EXPECT_EQ(r.code, 0) << r.out;
-  std::ifstream file(folder + "/edits.json");
-  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
-  std::filesystem::remove_all(folder);
-  ASSERT_TRUE(j.is_object()) << r.out;
+  const nlohmann::json j = written("edits --quick --repeat 2");
+  ASSERT_TRUE(j.is_object());
   for (const char* kind : {"camera", "light", "dome", "material", "object"})
     for (const char* measure : {"_ms", "_cpu_ms"}) {
       const std::string name = std::string("edit_") + kind + measure;
@@ -174,14 +173,8 @@ TEST(Bench, EditsWriteFlatJsonWithEveryKey) {
 }
 
 TEST(Bench, MediaWriteFlatJsonWithEveryKey) {
-  std::string folder = (std::filesystem::temp_directory_path() / "kinora-bench-test-XXXXXX").string();
-  ASSERT_TRUE(mkdtemp(folder.data()));
-  const Result r = run("media --quick --repeat 2 --json " + folder + "/media.json");
-  EXPECT_EQ(r.code, 0) << r.out;
-  std::ifstream file(folder + "/media.json");
-  const nlohmann::json j = nlohmann::json::parse(file, nullptr, false);
-  std::filesystem::remove_all(folder);
-  ASSERT_TRUE(j.is_object()) << r.out;
+  const nlohmann::json j = written("media --quick --repeat 2");
+  ASSERT_TRUE(j.is_object());
   for (const char* name : {"fog_vs_clear", "lookups_vs_openvdb_along_rays", "lookups_vs_openvdb_anywhere",
                            "ns_cloud_collision_8", "ns_cloud_collision_256", "cloud_growth_256", "cloud_lane_use",
                            "walks_vs_diffuse_0.1", "walks_vs_diffuse_1", "profile_vs_diffuse_0.3"}) {
@@ -189,9 +182,7 @@ TEST(Bench, MediaWriteFlatJsonWithEveryKey) {
     EXPECT_GT(j[name].get<double>(), 0) << name;
   }
   // a lookup that is not OpenVDB's is found
-  const Result spoiled = run("media --quick --repeat 1 --only lookups --spoil");
-  EXPECT_EQ(spoiled.code, 1) << spoiled.out;
-  EXPECT_NE(spoiled.out.find("BENCH-VALUES: lookups differ"), std::string::npos) << spoiled.out;
+  expectFails("media --quick --repeat 1 --only lookups --spoil", "BENCH-VALUES: lookups differ");
 }
 
 TEST(Bench, FramesOfShadersAreThoseOfPlugIns) {

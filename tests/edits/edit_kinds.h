@@ -88,6 +88,16 @@ inline std::string change(Scene& s, R& r, const char* what, const Change& edit) 
     *at = std::make_shared<Primitive>(std::move(copy));
   return done;
 }
+// Of a primitive that has points; edit() gets them too.
+inline std::string changePoints(Scene& s, R& r, const char* what,
+                                const std::function<void(Primitive&, std::vector<float>&)>& edit) {
+  return change(s, r, what, [&](Primitive& p) {
+    Parameter* points = p.primvars.find("P");
+    if (!points || points->floats.empty()) return false;
+    edit(p, points->floats);
+    return true;
+  });
+}
 inline std::string changeAttributes(Scene& s, R& r, const char* what, const std::function<bool(Attributes&)>& edit) {
   if (!s.instances.empty() && r.below(4) == 0) {
     const size_t at = r.below(s.instances.size());
@@ -117,6 +127,18 @@ inline NodePtr with(const NodePtr& node, Parameter p) {
   auto n = std::make_shared<Node>(*node);
   n->params.set(std::move(p));
   return n;
+}
+// One of these texts for a parameter of the first pattern of a plug-in.
+inline std::string changePattern(Scene& s, R& r, const char* what, const char* plugin, const char* parameter,
+                                 const std::vector<const char*>& texts) {
+  return changeNetwork(s, r, what, [&](Network& n) {
+    for (NodePtr& p : n.patterns)
+      if (p->plugin == plugin) {
+        p = with(p, text(parameter, texts[r.below(texts.size())]));
+        return true;
+      }
+    return false;
+  });
 }
 inline NodePtr node(const char* kind, const char* plugin, const char* handle) {
   auto n = std::make_shared<Node>();

@@ -53,28 +53,12 @@ const Kind kKindsOfObjects[] = {
        });
      }},
     {"texture",
-     [](Scene& s, R& r) -> std::string {
-       static const char* const kFiles[] = {"wood.png", "brick.png", "none.png"};
-       return changeNetwork(s, r, "texture", [&](Network& n) {
-         for (NodePtr& p : n.patterns)
-           if (p->plugin == "PxrTexture") {
-             p = with(p, text("filename", kFiles[r.below(std::size(kFiles))]));
-             return true;
-           }
-         return false;
-       });
+     [](Scene& s, R& r) {
+       return changePattern(s, r, "texture", "PxrTexture", "filename", {"wood.png", "brick.png", "none.png"});
      }},
     {"shader",
-     [](Scene& s, R& r) -> std::string {
-       static const char* const kShaders[] = {"stripe", "spots", "none"};
-       return changeNetwork(s, r, "shader", [&](Network& n) {
-         for (NodePtr& p : n.patterns)
-           if (p->plugin == "PxrOSL") {
-             p = with(p, text("shader", kShaders[r.below(std::size(kShaders))]));
-             return true;
-           }
-         return false;
-       });
+     [](Scene& s, R& r) {
+       return changePattern(s, r, "shader", "PxrOSL", "shader", {"stripe", "spots", "none"});
      }},
     {"network structure",
      [](Scene& s, R& r) -> std::string {
@@ -201,18 +185,13 @@ const Kind kKindsOfObjects[] = {
      }},
     {"points move",
      [](Scene& s, R& r) -> std::string {
-       return change(s, r, "points", [&](Primitive& p) {
-         Parameter* points = p.primvars.find("P");
-         if (!points || points->floats.empty()) return false;
-         points->floats[r.below(points->floats.size())] += float(r.number(-0.4, 0.4));
-         return true;
+       return changePoints(s, r, "points", [&](Primitive&, std::vector<float>& points) {
+         points[r.below(points.size())] += float(r.number(-0.4, 0.4));
        });
      }},
     {"deformation",
      [](Scene& s, R& r) -> std::string {
-       return change(s, r, "deformation", [&](Primitive& p) {
-         Parameter* points = p.primvars.find("P");
-         if (!points || points->floats.empty()) return false;
+       return changePoints(s, r, "deformation", [&](Primitive& p, std::vector<float>&) {
          if (!p.motion.empty() && r.coin()) {
            p.motion.clear();
            p.times.clear();
@@ -222,7 +201,6 @@ const Kind kKindsOfObjects[] = {
            p.motion = {key};
            p.times = {0, 1};
          }
-         return true;
        });
      }},
     {"primvar",

@@ -33,6 +33,13 @@ class SamePicture : public ::testing::Test {
     if (!isLoaded || r.renderFilm() != render::Outcome::Complete) return {};
     return stateOf(r.film());
   }
+  scene::Scene sceneOf(const std::string& text) {
+    scene::Scene read;
+    rib::RibReader reader(diagnostics_, {}, [&](scene::Scene&& s) { read = std::move(s); });
+    reader.readString("scene.rib", text);
+    reader.finish();
+    return read;
+  }
   std::vector<int64_t> fresh(const scene::Scene& s) {
     const auto r = renderer();
     return picture(*r, r->load(s));
@@ -157,15 +164,12 @@ TEST_F(SamePicture, AfterAnIesFileHasChanged) {
 }
 
 TEST_F(SamePicture, AfterTheSenseOfTrimCurves) {
-  scene::Scene base;
-  rib::RibReader reader(diagnostics_, {}, [&](scene::Scene&& s) { base = std::move(s); });
-  reader.readString("trim.rib",
-                    "Format 16 16 1\nHider \"raytrace\" \"int maxsamples\" [2]\nProjection \"orthographic\"\n"
-                    "WorldBegin\nTranslate -.5 -.5 2\nBxdf \"PxrConstant\" \"c\"\n"
-                    "TrimCurve [1] [3] [0 0 0 .25 .5 .5 1 1 1] [0] [1] [6] [.2 .8 .8 .2 .2 .2] [.2 .2 .8 .8 .2 .2] "
-                    "[1 1 1 1 1 1]\n"
-                    "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]\nWorldEnd\n");
-  reader.finish();
+  const scene::Scene base = sceneOf(
+      "Format 16 16 1\nHider \"raytrace\" \"int maxsamples\" [2]\nProjection \"orthographic\"\n"
+      "WorldBegin\nTranslate -.5 -.5 2\nBxdf \"PxrConstant\" \"c\"\n"
+      "TrimCurve [1] [3] [0 0 0 .25 .5 .5 1 1 1] [0] [1] [6] [.2 .8 .8 .2 .2 .2] [.2 .2 .8 .8 .2 .2] "
+      "[1 1 1 1 1 1]\n"
+      "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]\nWorldEnd\n");
   ASSERT_EQ(base.primitives.size(), 1u) << said_;
   const auto r = renderer();
   const std::vector<int64_t> inside = picture(*r, r->load(base));
@@ -194,10 +198,7 @@ TEST_F(SamePicture, AfterTheSenseOfTrimCurves) {
 // What is a surface becomes smoke and back, smoke moves, a pattern that shapes it changes: meshes that were brought into
 // render space are not, and bounds are looked for again.
 TEST_F(SamePicture, AfterMediaComeAndGo) {
-  scene::Scene base;
-  rib::RibReader reader(diagnostics_, {}, [&](scene::Scene&& s) { base = std::move(s); });
-  reader.readString(
-      "media.rib",
+  const scene::Scene base = sceneOf(
       "Format 24 24 1\nHider \"raytrace\" \"int maxsamples\" [4]\nProjection \"perspective\" \"fov\" [40]\n"
       "Translate 0 0 5\nWorldBegin\nLight \"PxrDomeLight\" \"sky\"\nAttributeBegin\n"
       "Bxdf \"PxrDiffuse\" \"d\"\nTranslate -0.8 0 0\nSphere 0.7 -0.7 0.7 360\nAttributeEnd\n"
@@ -205,7 +206,6 @@ TEST_F(SamePicture, AfterMediaComeAndGo) {
       "Bxdf \"PxrVolume\" \"m\" \"reference float densityFloat\" [\"n:resultF\"] \"int multiScatter\" [1]\n"
       "Translate 0.8 0 0\nScale 3 1 1\nVolume \"box\" [-0.2 0.2 -0.6 0.6 -0.6 0.6] [0 0 0]\nAttributeEnd\n"
       "WorldEnd\n");
-  reader.finish();
   ASSERT_EQ(base.primitives.size(), 2u) << said_;
   const auto r = renderer();
   const std::vector<int64_t> first = picture(*r, r->load(base));

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "fuzz/scratch_folder.h"
 #include "image/read_write.h"
 #include "texture/texture_system.h"
 
@@ -17,21 +18,8 @@ namespace kinora::fuzz {
 
 namespace {
 
-struct Folder {
-  std::string path;
-  Folder() {
-    const char* base = std::getenv("TMPDIR");
-    path = (base ? std::string(base) : std::string("/tmp")) + "/kinora_images_XXXXXX";
-    if (!mkdtemp(path.data())) std::abort();
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-};
-
 const std::string& folder() {
-  static const Folder kFolder;
+  static const ScratchFolder kFolder;
   return kFolder.path;
 }
 

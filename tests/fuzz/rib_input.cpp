@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "fuzz/scratch_folder.h"
 #include "rib/reader.h"
 #include "rib/writer.h"
 
@@ -16,19 +17,6 @@ namespace {
 
 constexpr std::string_view kCut = "\n##file ";
 constexpr size_t kMostRewritten = 1 << 20;  // bytes of a written scene that are read again
-
-struct Folder {
-  std::string path;
-  Folder() {
-    const char* base = std::getenv("TMPDIR");
-    path = (base ? std::string(base) : std::string("/tmp")) + "/kinora_fuzz_XXXXXX";
-    if (!mkdtemp(path.data())) std::abort();
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-};
 
 // Names stay inside the folder.
 std::string safeName(std::string_view name) {
@@ -60,7 +48,7 @@ void append(std::string& s, uint32_t v, int bytes) {
 }  // namespace
 
 const std::string& inputFolder() {
-  static const Folder kFolder;
+  static const ScratchFolder kFolder;
   return kFolder.path;
 }
 

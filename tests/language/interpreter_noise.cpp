@@ -101,29 +101,12 @@ std::vector<Dual> perlin(const std::vector<Dual>& at, size_t components) {
 
 bool Interpreter::patterns(const Instruction& i) {
   size_t first = 1;
-  std::string name;
-  switch (i.opcode) {
-    case Opcode::Noise:
-      name = "noise";
-      break;
-    case Opcode::SNoise:
-      name = "snoise";
-      break;
-    case Opcode::CellNoise:
-      name = "cell";
-      break;
-    case Opcode::HashNoise:
-      name = "hash";
-      break;
-    case Opcode::Hash:
-      name = "int";
-      break;
-    case Opcode::Spline:
-      name = "spline";
-      break;
-    default:
-      return false;
-  }
+  static const std::map<Opcode, std::string> kNames = {{Opcode::Noise, "noise"},    {Opcode::SNoise, "snoise"},
+                                                       {Opcode::CellNoise, "cell"}, {Opcode::HashNoise, "hash"},
+                                                       {Opcode::Hash, "int"},       {Opcode::Spline, "spline"}};
+  const auto named = kNames.find(i.opcode);
+  if (named == kNames.end()) return false;
+  std::string name = named->second;
   if (i.opcode == Opcode::Noise && type(1).base == Base::String) {
     name = text(1);
     first = 2;

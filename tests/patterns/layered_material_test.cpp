@@ -45,13 +45,16 @@ Bxdf "PxrLayerSurface" "m"
   EXPECT_EQ(whole, apart);
 }
 
+// The layer "red" as a material of its own.
+const char* const kRed = R"(Bxdf "PxrSurface" "m" "color diffuseColor" [0.8 0.1 0.1]
+  "color specularEdgeColor" [1 1 1] "color specularFaceColor" [0.2 0.2 0.2] "float specularRoughness" [0.4]
+)";
+
 TEST(LayeredMaterial, OneLayerIsThePlainMaterial) {
   const auto layered = pixelsOf(kLayers + std::string(R"(
 Bxdf "PxrLayerSurface" "m" "reference vstruct inputMaterial" ["red:pxrMaterialOut"]
 )"));
-  const auto plain = pixelsOf(R"(Bxdf "PxrSurface" "m" "color diffuseColor" [0.8 0.1 0.1]
-  "color specularEdgeColor" [1 1 1] "color specularFaceColor" [0.2 0.2 0.2] "float specularRoughness" [0.4]
-)");
+  const auto plain = pixelsOf(kRed);
   ASSERT_FALSE(layered.empty());
   EXPECT_EQ(layered, plain);
   // what the scene connects by itself stays
@@ -70,9 +73,7 @@ Pattern "PxrLayerMixer" "outer" "float layer1Mask" [0]
   "reference vstruct baselayer" ["inner:pxrMaterialOut"]
 Bxdf "PxrLayerSurface" "m" "reference vstruct inputMaterial" ["outer:pxrMaterialOut"]
 )"));
-  const auto plain = pixelsOf(R"(Bxdf "PxrSurface" "m" "color diffuseColor" [0.8 0.1 0.1]
-  "color specularEdgeColor" [1 1 1] "color specularFaceColor" [0.2 0.2 0.2] "float specularRoughness" [0.4]
-)");
+  const auto plain = pixelsOf(kRed);
   ASSERT_FALSE(nested.empty());
   EXPECT_EQ(nested, plain);
 }

@@ -104,15 +104,20 @@ TEST(PlacePatterns, Manifold3D) {
   expectSameBitsAtAllWidths(t);
 }
 
-TEST(PlacePatterns, FacingRatio) {
-  TestContext t("PxrFacingRatio", 3);
-  // normal along z; seen from above, at 60 degrees, and with a bent normal
-  t.setVectors(t.c.wo, {{0.f, 0.8660254f, 0.f}, {0.f, 0.f, 0.f}, {1.f, 0.5f, 1.f}});
+// Up to 16 points are seen from where there is nothing around them.
+void seeFromOutside(TestContext& t) {
   static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
                                         ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
   static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   t.c.entering = entering;
   t.c.outerIor = ior;
+}
+
+TEST(PlacePatterns, FacingRatio) {
+  TestContext t("PxrFacingRatio", 3);
+  // normal along z; seen from above, at 60 degrees, and with a bent normal
+  t.setVectors(t.c.wo, {{0.f, 0.8660254f, 0.f}, {0.f, 0.f, 0.f}, {1.f, 0.5f, 1.f}});
+  seeFromOutside(t);
   ASSERT_TRUE(t.run(8));
   EXPECT_NEAR(t.at("resultF", 0), 1, 1e-6f);
   EXPECT_NEAR(t.at("resultF", 1), 0.5f, 1e-6f);
@@ -201,16 +206,13 @@ TEST(PlacePatterns, VoronoiseHasNoHoles) {
 // Where normals differ from point to point, those that have none are the surface's as it is, also where the viewer
 // hardly sees it, as where none has one.
 TEST(PlacePatterns, PointsWithoutABumpHaveTheSurfacesNormal) {
-  static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
-                                        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
-  static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   const float grazing = 0.002f, other = std::sqrt(1 - grazing * grazing);
   for (const auto& [pattern, input] : {std::pair{"PxrBump", "inputN"},
                                        {"PxrAdjustNormal", "inputNormal"},
                                        {"PxrNormalMap", "bumpOverlay"},
                                        {"PxrBumpMixer", "inputN2"}}) {
     TestContext t(pattern, 2);
-    t.c.entering = entering, t.c.outerIor = ior;
+    seeFromOutside(t);
     t.setVectors(t.c.wo, {{other, other}, {0, 0}, {grazing, grazing}});
     t.set(input, Numbers{{0, 0.6f}, {0, 0}, {0, 0.8f}});
     if (std::string(pattern) == "PxrNormalMap") t.set("disable", 1);
@@ -223,11 +225,8 @@ TEST(PlacePatterns, PointsWithoutABumpHaveTheSurfacesNormal) {
 
 // The renderer's gradient of what feeds a bump tilts its normal.
 TEST(PlacePatterns, BumpOfAGradient) {
-  static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
-                                        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
-  static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   TestContext t("PxrBump", 9);
-  t.c.entering = entering, t.c.outerIor = ior;
+  seeFromOutside(t);
   t.set("scale", 2);
   t.set("inputBump", 3);  // a number has no slope
   ASSERT_TRUE(t.run(8));
@@ -252,11 +251,8 @@ TEST(PlacePatterns, BumpOfAGradient) {
 }
 
 TEST(PlacePatterns, NormalsFromImages) {
-  static const uint32_t entering[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u,
-                                        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
-  static const float ior[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   TestContext m("PxrNormalMap", 9);
-  m.c.entering = entering, m.c.outerIor = ior;
+  seeFromOutside(m);
   m.setBuiltin(Builtin::St, {spread(9, 0, 1), spread(9, 0, 1, 5)});
   m.setBuiltin(Builtin::StRadius, {std::vector<float>(9, 0.01f)});
   ASSERT_TRUE(m.run(8));
@@ -281,7 +277,7 @@ TEST(PlacePatterns, NormalsFromImages) {
   EXPECT_NEAR(m.at("resultN", 4, 2), 1, 1e-5f);
 
   TestContext b("PxrBump", 9);
-  b.c.entering = entering, b.c.outerIor = ior;
+  seeFromOutside(b);
   b.setBuiltin(Builtin::St, {spread(9, 0, 1), spread(9, 0, 1, 5)});
   b.setBuiltin(Builtin::StRadius, {std::vector<float>(9, 0.01f)});
   static const float radius[16] = {.02f, .02f, .02f, .02f, .02f, .02f, .02f, .02f,

@@ -20,23 +20,24 @@ namespace {
 constexpr int kGuidedSide = 32, kGuidedTile = 8, kGuidedSeeds = 16;
 const char* const kGuided = "Integrator \"PxrPathTracer\" \"g\" \"int risPathGuiding\" [1]\n";
 
+TileMoments tilesOf(Workshop& stage, const std::string& text, const char* integrator, uint32_t firstSeed,
+                    std::vector<std::pair<std::string, std::string>> sets) {
+  TileMoments r;
+  render::Settings s;
+  s.samplesPerPixel = 64;
+  s.sets = std::move(sets);
+  s.integrator = integrator;
+  forSeeds(stage, text, s, firstSeed, kGuidedSeeds,
+           [&](render::Renderer& renderer) { r.add(pictureOf(renderer), kGuidedSide, kGuidedSide, kGuidedTile); });
+  return r;
+}
 TileMoments guidedTiles(const std::string& text, bool guided) {
   Workshop stage;
-  TileMoments r;
-  for (uint32_t seed = 0; seed < kGuidedSeeds; ++seed) {
-    render::Settings s;
-    s.threads = 1;
-    s.seed = (guided ? 900 : 300) + seed;
-    s.samplesPerPixel = 64;
-    s.sets = {{"integrator.clampLuminance", "1e30"},
-              {"integrator.allowCaustics", "1"},
-              {"integrator.risPathGuiding", guided ? "1" : "0"},
-              {"integrator.guidingSamples", "16"}};
-    s.integrator = "PxrPathTracer";
-    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
-    r.add(pictureOf(*renderer), kGuidedSide, kGuidedSide, kGuidedTile);
-  }
-  return r;
+  return tilesOf(stage, text, "PxrPathTracer", guided ? 900 : 300,
+                 {{"integrator.clampLuminance", "1e30"},
+                  {"integrator.allowCaustics", "1"},
+                  {"integrator.risPathGuiding", guided ? "1" : "0"},
+                  {"integrator.guidingSamples", "16"}});
 }
 void expectUnbiased(const std::string& text) {
   const TileMoments guided = guidedTiles(text, true), plain = guidedTiles(text, false);
@@ -56,18 +57,7 @@ TEST(Guiding, WrongDensityIsCaught) {
   const TileMoments plain = guidedTiles(text, false);
   const auto withFactor = [&](const char* factor) {
     Workshop stage({kinoraStock_WrongGuides()});
-    TileMoments r;
-    for (uint32_t seed = 0; seed < kGuidedSeeds; ++seed) {
-      render::Settings s;
-      s.threads = 1;
-      s.seed = 900 + seed;
-      s.samplesPerPixel = 64;
-      s.integrator = "WrongGuides";
-      s.sets = {{"integrator.factor", factor}};
-      const auto renderer = stage.load(sceneOf(text, stage.messages), s);
-      r.add(pictureOf(*renderer), kGuidedSide, kGuidedSide, kGuidedTile);
-    }
-    return compareTiles(r, plain, 0.01);
+    return compareTiles(tilesOf(stage, text, "WrongGuides", 900, {{"integrator.factor", factor}}), plain, 0.01);
   };
   const TileTest right = withFactor("1"), wrong = withFactor("1.5");
   EXPECT_TRUE(right.agrees()) << "worst z " << right.worstZ;

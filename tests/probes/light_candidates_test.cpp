@@ -52,18 +52,9 @@ TEST(LightCandidates, KeepTheMeanWithGuidedPaths) {
   expectMeanOfOne(room(kLamps + kDome, kGrey, "", kScreen), 0.05, m);
 }
 TEST(LightCandidates, KeepTheMeanWithLinksAndFilters) {
-  std::string bulb = kSphere;
-  bulb.insert(bulb.find("Light \"PxrSphereLight"),
-              "LightFilter \"PxrIntMultLightFilter\" \"dim\" \"float intensity\" [0.6] \"float diffuse\" [0.5]\n");
-  expectMeanOfOne(
-      room(std::string(kRect) + bulb + kDome, std::string("Illuminate \"bulb\" 0\n") + kGrey, "", kScreen));
+  expectMeanOfOne(roomWithLinks(kScreen, " \"float diffuse\" [0.5]"));
 }
-TEST(LightCandidates, KeepTheMeanInFog) {
-  const std::string fog =
-      "  AttributeBegin\n    Bxdf \"PxrVolume\" \"fog\" \"color densityColor\" [0.3 0.4 0.5]\n"
-      "    Volume \"box\" [-1.6 1.6 -0.1 2.1 -0.2 2.1] [0 0 0]\n  AttributeEnd\n";
-  expectMeanOfOne(room(std::string(kRect) + kSphere, kGrey, "", kScreen + fog), 0.1);
-}
+TEST(LightCandidates, KeepTheMeanInFog) { expectMeanOfOne(foggyRoom(kScreen), 0.1); }
 
 TEST(LightCandidates, SameBits) {
   const char* const chosen = "Integrator \"PxrPathTracer\" \"i\" \"int numLightCandidates\" [4]\n";

@@ -47,19 +47,8 @@ TEST(LearnedLights, KeepTheMeanWithSeveralSamplesAndDirections) {
 TEST(LearnedLights, KeepTheMeanWithGuidedPaths) {
   expectMeanOfTheTree(room(kLamps + kDome, kGrey, "", kScreen), 0.05, learned(true));
 }
-TEST(LearnedLights, KeepTheMeanWithLinksAndFilters) {
-  std::string bulb = kSphere;
-  bulb.insert(bulb.find("Light \"PxrSphereLight"),
-              "LightFilter \"PxrIntMultLightFilter\" \"dim\" \"float intensity\" [0.6]\n");
-  expectMeanOfTheTree(
-      room(std::string(kRect) + bulb + kDome, std::string("Illuminate \"bulb\" 0\n") + kGrey, "", kScreen));
-}
-TEST(LearnedLights, KeepTheMeanInFog) {
-  const std::string fog =
-      "  AttributeBegin\n    Bxdf \"PxrVolume\" \"fog\" \"color densityColor\" [0.3 0.4 0.5]\n"
-      "    Volume \"box\" [-1.6 1.6 -0.1 2.1 -0.2 2.1] [0 0 0]\n  AttributeEnd\n";
-  expectMeanOfTheTree(room(std::string(kRect) + kSphere, kGrey, "", kScreen + fog), 0.1);
-}
+TEST(LearnedLights, KeepTheMeanWithLinksAndFilters) { expectMeanOfTheTree(roomWithLinks(kScreen)); }
+TEST(LearnedLights, KeepTheMeanInFog) { expectMeanOfTheTree(foggyRoom(kScreen), 0.1); }
 // More lights than clusters.
 TEST(LearnedLights, KeepTheMeanUnderManyLamps) {
   std::string lamps;

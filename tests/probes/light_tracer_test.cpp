@@ -46,6 +46,7 @@ namespace kinora {
 namespace HWY_NAMESPACE {
 namespace {
 using namespace lightTracer;
+using probes::Generated;
 
 template <int W>
 class LightPaths {
@@ -186,52 +187,40 @@ class LightPaths {
   }
 
   uint32_t scatterPaths(const Context& c, uint32_t depth, uint32_t* live) {
-    float *u[4], *wi[3], *weight[3], *pdf = floats(c.padded), *o[3], *factor = floats(c.padded);
-    for (float*& x : u) x = floats(c.padded);
-    for (int x = 0; x < 3; ++x) {
-      wi[x] = floats(c.padded);
-      weight[x] = floats(c.padded);
-      o[x] = floats(c.padded);
-    }
-    uint32_t *slot = words(c.padded), *flags = words(c.padded);
+    const Generated made(g_, sv_, c);
+    float *o[3], *factor = floats(c.padded);
+    for (float*& x : o) x = floats(c.padded);
     for (uint32_t i = 0; i < c.padded; i += W) {
       const Int<W> seed = Int<W>::load(c.sampleSeed + i), sample = Int<W>::load(c.sampleIndex + i);
       Float<W> a, b;
       draw2(sv_->samples, seed, sample, dimensionAt(depth) + kDimBxdf, a, b);
-      a.store(u[0] + i);
-      b.store(u[1] + i);
+      a.store(made.u[0] + i);
+      b.store(made.u[1] + i);
       draw2(sv_->samples, seed, sample, dimensionAt(depth) + kDimLobe, a, b);
-      a.store(u[2] + i);
-      b.store(u[3] + i);
+      a.store(made.u[2] + i);
+      b.store(made.u[3] + i);
     }
-    const GenerateArgs ga{{u[0], u[1], u[2], u[3]},
-                          {wi[0], wi[1], wi[2]},
-                          {weight[0], weight[1], weight[2]},
-                          pdf,
-                          nullptr,
-                          slot,
-                          flags};
-    c.bxdf->generate(&c, c.closure, &ga);
+    made.generate(c);
     for (uint32_t i = 0; i < c.padded; i += W) {
-      const Vec3<W> w = Vec3<W>::load(wi, i);
-      const Mask<W> discrete = (Int<W>::load(flags + i) & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
+      const Vec3<W> w = Vec3<W>::load(made.wi, i);
+      const Mask<W> discrete = (Int<W>::load(made.flags + i) & Int<W>(uint32_t(kSampleDiscrete))) != Int<W>(0);
       select(discrete, Float<W>(1.f), adjointFactor(c, i, w)).store(factor + i);
       start(c, i, w).store(o, i);
     }
     uint32_t m = 0;
     uint32_t *point = words(c.padded), *through = words(c.padded);
     for (uint32_t i = 0; i < c.count; ++i) {
-      if (slot[i] == kNoLobe || !(pdf[i] > 0)) continue;
-      through[m] = (flags[i] & kSampleTransmit) != 0;
+      if (made.slot[i] == kNoLobe || !(made.pdf[i] > 0)) continue;
+      through[m] = (made.flags[i] & kSampleTransmit) != 0;
       point[m] = i;
       const uint32_t s = c.path[i];
       for (int x = 0; x < 3; ++x) {
-        throughput_[x][s] *= weight[x][i] * factor[i] / pdf[i];
+        throughput_[x][s] *= made.weight[x][i] * factor[i] / made.pdf[i];
         g_->paths.rays.o[x][s] = o[x][i];
-        g_->paths.rays.d[x][s] = wi[x][i];
+        g_->paths.rays.d[x][s] = made.wi[x][i];
       }
       g_->paths.rays.tMax[s] = 1e30f;
-      events_[depth * room_ + s] = c.eventOfSlot[slot[i]];
+      events_[depth * room_ + s] = c.eventOfSlot[made.slot[i]];
       live[m++] = s;
     }
     sv_->leave(g_, &g_->paths, &c, m, point, nullptr, through);
@@ -276,13 +265,7 @@ void* create(const CreateInfo* info, ErrorText* error) {
   });
 }
 void destroy(void* p) { delete static_cast<lightTracer::Data*>(p); }
-uint32_t stages(const void*, Stage* out, uint32_t capacity) {
-  if (capacity < 2) return 0;
-  out[0] = {StageKind::CameraPaths, 0};
-  out[1] = {StageKind::LightPaths, 1};
-  return 2;
-}
-constexpr IntegratorTraits kTraits{&stages};
+constexpr IntegratorTraits kTraits{&cameraThenLightPaths};
 const WidthTable kTables[] = KINORA_ALL_WIDTHS;
 const Descriptor kLightTracer{kAbiVersion,
                               sizeof(Descriptor),
@@ -338,18 +321,15 @@ struct Rendered {
 Rendered renderAll(Workshop& stage, const std::string& text, const std::string& integrator,
                    std::vector<std::pair<std::string, std::string>> sets, uint32_t firstSeed) {
   Rendered r;
-  for (uint32_t seed = 0; seed < kSeeds; ++seed) {
-    render::Settings s;
-    s.threads = 1;
-    s.seed = firstSeed + seed;
-    s.integrator = integrator;
-    s.sets = sets;
-    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
-    const image::Image picture = pictureOf(*renderer);
+  render::Settings s;
+  s.integrator = integrator;
+  s.sets = std::move(sets);
+  forSeeds(stage, text, s, firstSeed, kSeeds, [&](render::Renderer& renderer) {
+    const image::Image picture = pictureOf(renderer);
     r.Ci.add(picture, kSide, kSide, kTile);
     r.whole.add(picture, kSide, kSide, kSide);
-    r.direct.add(renderer->film().resolve(renderer->film().layout().find("directDiffuse")), kSide, kSide, kTile);
-  }
+    r.direct.add(renderer.film().resolve(renderer.film().layout().find("directDiffuse")), kSide, kSide, kTile);
+  });
   return r;
 }
 

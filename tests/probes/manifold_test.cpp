@@ -59,19 +59,23 @@ std::string glass(const std::string& more = "", const std::string& name = "glass
   return "Bxdf \"PxrGlass\" \"" + name + "\" \"int mwWalkable\" [1] " + more + "\n";
 }
 
+// A lamp within the ball: its diameter and intensity.
+std::string lampInBall(const std::string& size, const std::string& intensity) {
+  return "AttributeBegin\nTranslate 0.1 0.46 0\nScale " + size + " " + size + " " + size +
+         "\nLight \"PxrSphereLight\" \"lamp\" \"float intensity\" [" + intensity +
+         "] \"int cheapCaustics\" [1]\nAttributeEnd\n";
+}
+
 TileMoments tilesOf(Workshop& stage, const std::string& text, const Sets& sets, uint32_t firstSeed, uint32_t seeds,
                     int samples) {
   TileMoments r;
-  for (uint32_t seed = 0; seed < seeds; ++seed) {
-    render::Settings s;
-    s.threads = 1;
-    s.seed = firstSeed + seed;
-    s.sets = sets;
-    s.samplesPerPixel = samples;
-    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
-    r.add(pictureOf(*renderer), kSide, kSide, kTile);
-    EXPECT_EQ(renderer->statistics().nonFiniteSamples, 0u);
-  }
+  render::Settings s;
+  s.sets = sets;
+  s.samplesPerPixel = samples;
+  forSeeds(stage, text, s, firstSeed, seeds, [&](render::Renderer& renderer) {
+    r.add(pictureOf(renderer), kSide, kSide, kTile);
+    EXPECT_EQ(renderer.statistics().nonFiniteSamples, 0u);
+  });
   return r;
 }
 // Walks against chance. `sharpness`: the relative standard error of a tile that the test must have.
@@ -269,6 +273,12 @@ TEST(Manifold, WrongTermIsCaught) {
   EXPECT_FALSE(t.agrees()) << "worst z " << t.worstZ;
 }
 
+const std::string kGreyFloor = R"(
+  AttributeBegin
+    Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.5 0.5 0.5]
+    Polygon "vertex point P" [-9 0 -9  -9 0 9  9 0 9  9 0 -9]
+  AttributeEnd
+)";
 // Radiance of one place, seen through a pixel that is as good as a point.
 double radianceAt(const std::string& text, int walk, int samples, double* error = nullptr) {
   Workshop stage;
@@ -323,14 +333,11 @@ TEST(Manifold, PointLightAbovePlaneWater) {
     Bxdf "PxrGlass" "water" "float ior" [%.9g] "int mwWalkable" [1]
     Polygon "vertex point P" [-9 %.9g -9  -9 %.9g 9  9 %.9g 9  9 %.9g -9]
   AttributeEnd
-  AttributeBegin
-    Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.5 0.5 0.5]
-    Polygon "vertex point P" [-9 0 -9  -9 0 9  9 0 9  9 0 -9]
-  AttributeEnd
 )",
                   x, kBelow + kAbove, kIntensity, kN, kBelow, kBelow, kBelow, kBelow);
     // from within the water
-    const double found = radianceAt(narrow("Rotate -60 1 0 0\nTranslate 0 -0.5 0.288675135", world, 1), 1, 4);
+    const double found =
+        radianceAt(narrow("Rotate -60 1 0 0\nTranslate 0 -0.5 0.288675135", world + kGreyFloor, 1), 1, 4);
     EXPECT_NEAR(found / expected, 1, 2e-3) << "sine " << sine;
   }
 }
@@ -355,13 +362,9 @@ TEST(Manifold, BallFocusesOnItsAxis) {
     Attribute "dice" "float micropolygonlength" [0.5]
     Sphere %.9g %.9g %.9g 360
   AttributeEnd
-  AttributeBegin
-    Bxdf "PxrDiffuse" "floor" "color diffuseColor" [0.5 0.5 0.5]
-    Polygon "vertex point P" [-9 0 -9  -9 0 9  9 0 9  9 0 -9]
-  AttributeEnd
 )",
                 kDistance, kRadius, -kRadius, kRadius);
-  const double found = radianceAt(narrow("Translate 0 0 3\nRotate -20 1 0 0", world, 2, 0.1), 1, 4);
+  const double found = radianceAt(narrow("Translate 0 0 3\nRotate -20 1 0 0", world + kGreyFloor, 2, 0.1), 1, 4);
   EXPECT_NEAR(found / expected, 1, 0.02);
 }
 
@@ -398,12 +401,7 @@ TEST(Manifold, BadInput) {
       "AttributeBegin\nReverseOrientation\n" + glass() + "Translate 0 0.6 0\nSphere 0.4 -0.4 0.4 360\nAttributeEnd\n",
       8));
   // a lamp within the glass, and one on it
-  const std::string lampInside = R"(
-  AttributeBegin
-    Translate 0.1 0.46 0
-    Scale 0.1 0.1 0.1
-    Light "PxrSphereLight" "lamp" "float intensity" [20] "int cheapCaustics" [1]
-  AttributeEnd
+  const std::string lampInside = lampInBall("0.1", "20") + R"(
   AttributeBegin
     Translate 0 0.91 0
     Light "PointLight" "point" "float intensity" [1] "int cheapCaustics" [1]
@@ -420,15 +418,9 @@ TEST(Manifold, BadInput) {
 
 // A lamp within a body of glass is found from outside as by chance.
 TEST(Manifold, LampInAbsorbingGlass) {
-  const std::string lamp = R"(
-  AttributeBegin
-    Translate 0.1 0.46 0
-    Scale 0.4 0.4 0.4
-    Light "PxrSphereLight" "lamp" "float intensity" [6] "int cheapCaustics" [1]
-  AttributeEnd
-)";
-  expectSameMeans(
-      sceneOn(ballOf(glass("\"float absorptionGain\" [1] \"color absorptionColor\" [0.5 1 2]")), 64, 1, lamp), 0.05);
+  expectSameMeans(sceneOn(ballOf(glass("\"float absorptionGain\" [1] \"color absorptionColor\" [0.5 1 2]")), 64, 1,
+                          lampInBall("0.4", "6")),
+                  0.05);
 }
 
 // Without caustics by chance, walks alone bring them: the same picture, but for what takes more boundaries.

@@ -44,20 +44,17 @@ inline Method vcm(bool connects, bool merges, double radius = 5, int bounces = 4
 inline Pictures renderAll(Workshop& stage, const std::string& text, const Method& method, uint32_t firstSeed,
                           uint32_t seeds = 24) {
   Pictures r;
-  for (uint32_t seed = 0; seed < seeds; ++seed) {
-    render::Settings s;
-    s.threads = 1;
-    s.seed = firstSeed + seed;
-    s.integrator = method.integrator;
-    s.sets = method.sets;
-    const auto renderer = stage.load(sceneOf(text, stage.messages), s);
-    EXPECT_EQ(renderer->renderFilm(), render::Outcome::Complete) << stage.said;
+  render::Settings s;
+  s.integrator = method.integrator;
+  s.sets = method.sets;
+  forSeeds(stage, text, s, firstSeed, seeds, [&](render::Renderer& renderer) {
+    EXPECT_EQ(renderer.renderFilm(), render::Outcome::Complete) << stage.said;
     for (const std::string& name : kChannels) {
-      const image::Image picture = renderer->film().resolve(renderer->film().layout().find(name));
+      const image::Image picture = renderer.film().resolve(renderer.film().layout().find(name));
       r[name].add(picture, kSide, kSide, kTile);
       r[name + ", whole"].add(picture, kSide, kSide, kSide);
     }
-  }
+  });
   return r;
 }
 

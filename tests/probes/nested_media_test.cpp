@@ -35,13 +35,10 @@ WorldBegin
 TileMoments momentsOf(const std::string& text) {
   TileMoments m;
   Workshop shop;
-  for (uint32_t seed = 1; seed <= kSeeds; ++seed) {
-    render::Settings s;
-    s.threads = 2;
-    s.seed = seed;
-    const auto renderer = shop.load(sceneOf(text, shop.messages), s);
-    m.add(pictureOf(*renderer), kSide, kSide, kTile);
-  }
+  render::Settings s;
+  s.threads = 2;
+  forSeeds(shop, text, s, 1, kSeeds,
+           [&](render::Renderer& renderer) { m.add(pictureOf(renderer), kSide, kSide, kTile); });
   return m;
 }
 

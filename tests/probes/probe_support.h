@@ -2,6 +2,7 @@
 // by tests/probes only; it judges nothing itself.
 #pragma once
 #include <gtest/gtest.h>
+#include <kinora/bxdf.h>
 #include <kinora/integrator.h>
 #include <kinora/testing/statistics.h>
 
@@ -54,6 +55,14 @@ class Workshop {
   }
 };
 
+// IntegratorTraits::stages.
+inline uint32_t cameraThenLightPaths(const void*, Stage* out, uint32_t capacity) {
+  if (capacity < 2) return 0;
+  out[0] = {StageKind::CameraPaths, 0};
+  out[1] = {StageKind::LightPaths, 1};
+  return 2;
+}
+
 // An integrator of a test's own that needs no data: what it says of itself, with the same functions for all widths.
 template <const IntegratorFunctions& functions>
 inline constexpr WidthTable kSameAtAllWidths[] = {
@@ -76,11 +85,49 @@ constexpr Descriptor probeOf(const char* name, const char* help, const Integrato
           [](void* p) { delete static_cast<int*>(p); }};
 }
 
+// Directions that the bxdfs of a context choose, in memory of the group. Its user fills u before generate().
+struct Generated {
+  float *u[4], *wi[3], *weight[3], *pdf;
+  uint32_t *slot, *flags;
+  Generated(Group* g, const Services* s, const Context& c) {
+    const auto floats = [&] { return static_cast<float*>(s->alloc(g, c.padded * sizeof(float))); };
+    const auto words = [&] { return static_cast<uint32_t*>(s->alloc(g, c.padded * sizeof(uint32_t))); };
+    for (float*& x : u) x = floats();
+    for (float*& x : wi) x = floats();
+    for (float*& x : weight) x = floats();
+    pdf = floats();
+    slot = words();
+    flags = words();
+  }
+  void generate(const Context& c) const {
+    const GenerateArgs args{{u[0], u[1], u[2], u[3]},
+                            {wi[0], wi[1], wi[2]},
+                            {weight[0], weight[1], weight[2]},
+                            pdf,
+                            nullptr,
+                            slot,
+                            flags};
+    c.bxdf->generate(&c, c.closure, &args);
+  }
+};
+
 inline image::Image pictureOf(render::Renderer& r, const char* channel = "Ci") {
   EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);
   const int index = r.film().layout().find(channel);
   EXPECT_GE(index, 0) << channel;
   return r.film().resolve(index);
+}
+
+// A renderer of the scene for each of `seeds` seeds from `first` on, with settings that are the same but for that (threads:
+// one where they say none). show(renderer) renders.
+template <class Show>
+void forSeeds(Workshop& stage, const std::string& text, render::Settings settings, uint32_t first, uint32_t seeds,
+              Show&& show) {
+  if (settings.threads == 0) settings.threads = 1;
+  for (uint32_t k = 0; k < seeds; ++k) {
+    settings.seed = first + k;
+    show(*stage.load(sceneOf(text, stage.messages), settings));
+  }
 }
 
 // All integers of the film: equal pictures in the strictest sense.

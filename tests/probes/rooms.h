@@ -77,6 +77,20 @@ inline std::string roomBehindGlass() {
   AttributeEnd
 )");
 }
+// A lamp that does not light the ball and is seen through a filter, beside others. filter: parameters beyond intensity.
+inline std::string roomWithLinks(const std::string& screen, const std::string& filter = "") {
+  std::string bulb = kSphere;
+  bulb.insert(bulb.find("Light \"PxrSphereLight"),
+              "LightFilter \"PxrIntMultLightFilter\" \"dim\" \"float intensity\" [0.6]" + filter + "\n");
+  return room(std::string(kRect) + bulb + kDome, std::string("Illuminate \"bulb\" 0\n") + kGrey, "", screen);
+}
+// Coloured fog; `screen`: what else is in the room.
+inline std::string foggyRoom(const std::string& screen) {
+  return room(std::string(kRect) + kSphere, kGrey, "",
+              screen +
+                  "  AttributeBegin\n    Bxdf \"PxrVolume\" \"fog\" \"color densityColor\" [0.3 0.4 0.5]\n"
+                  "    Volume \"box\" [-1.6 1.6 -0.1 2.1 -0.2 2.1] [0 0 0]\n  AttributeEnd\n");
+}
 inline const char* const kLens = "DepthOfField 2 0.4 4\n";
 // A ball flies through it while the shutter is open.
 inline std::string roomInMotionThroughALens() {

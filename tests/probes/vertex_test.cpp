@@ -29,6 +29,11 @@ struct Shared {
   std::vector<Kept> kept;
   uint64_t compared = 0, different = 0, chords = 0, wrongCounts = 0;
   double worstLength = 0;
+  void add(uint64_t digests, uint64_t others) {
+    const std::lock_guard lock(mutex);
+    compared += digests;
+    different += others;
+  }
 } shared;
 
 constexpr const char* kSetName = "pair";
@@ -133,32 +138,19 @@ class Prober {
 
   // Directions that the bxdfs choose, as rays of `list` that leave the points; black where there is none.
   Direction onward(const Context& c, RayList& list, uint32_t* points, uint32_t* through) {
-    float *u[4], *wi[3], *weight[3], *pdf = floats(c.padded);
-    uint32_t *slot = words(c.padded), *flags = words(c.padded);
-    for (int k = 0; k < 4; ++k) {
-      u[k] = floats(c.padded);
+    const Generated made(g_, s_, c);
+    for (int k = 0; k < 4; ++k)
       for (uint32_t i = 0; i < c.padded; ++i)
-        u[k][i] =
+        made.u[k][i] =
             float((c.sampleSeed[i] * 747796405u + c.sampleIndex[i] * 2891336453u + uint32_t(k) * 277803737u) >> 8) /
             16777216.f;
-    }
-    for (int k = 0; k < 3; ++k) {
-      wi[k] = floats(c.padded);
-      weight[k] = floats(c.padded);
-    }
-    const GenerateArgs args{{u[0], u[1], u[2], u[3]},
-                            {wi[0], wi[1], wi[2]},
-                            {weight[0], weight[1], weight[2]},
-                            pdf,
-                            nullptr,
-                            slot,
-                            flags};
-    c.bxdf->generate(&c, c.closure, &args);
+    made.generate(c);
+    float* const* wi = made.wi;
     std::vector<uint32_t> entries(c.count);
     for (uint32_t i = 0; i < c.count; ++i) {
       points[i] = entries[i] = i;
-      through[i] = (flags[i] & kSampleTransmit) != 0;
-      const bool some = slot[i] != kNoLobe && pdf[i] > 0;
+      through[i] = (made.flags[i] & kSampleTransmit) != 0;
+      const bool some = made.slot[i] != kNoLobe && made.pdf[i] > 0;
       float side = 0;
       for (int k = 0; k < 3; ++k) side += c.Ng[k][i] * wi[k][i];
       for (int k = 0; k < 3; ++k) {
@@ -170,7 +162,7 @@ class Prober {
       list.rays.time[i] = c.time[i];
       list.rays.radius[i] = c.radius[i];
       list.rays.spread[i] = c.spread[i];
-      list.origin[i] = flags[i] & kSampleDiscrete ? kFromDiscrete | kFromSpecular : 0;
+      list.origin[i] = made.flags[i] & kSampleDiscrete ? kFromDiscrete | kFromSpecular : 0;
     }
     s_->leave(g_, &list, &c, c.count, points, entries.data(), through);
     return {{wi[0], wi[1], wi[2]}};
@@ -256,9 +248,7 @@ void records(Group* g, const Services* s, uint32_t stage) {
     for (uint32_t i = 0; i < contexts[c]->count; ++i, ++compared)
       different += d[i].h != mixture[contexts[c]->path[i]].digest;
   }
-  const std::lock_guard lock(shared.mutex);
-  shared.compared += compared;
-  shared.different += different;
+  shared.add(compared, different);
 }
 
 // The same hits shaded twice; paths go on and are shaded again before the second contexts are asked anything.
@@ -299,9 +289,7 @@ void contexts(Group* g, const Services* s) {
   uint64_t different = 0;
   for (const Context* c : after)
     for (const Digest& d : p.digests(*c)) different += d.h != first[at++];
-  const std::lock_guard lock(shared.mutex);
-  shared.compared += at;
-  shared.different += different;
+  shared.add(at, different);
 }
 
 // What contexts are asked for the first time lies in memory that is marked, given back, and used for something else; they
@@ -329,9 +317,7 @@ void marks(Group* g, const Services* s) {
     for (int i = 0; i < 400; ++i) std::memset(s->alloc(g, 16384), 0x5a, 16384);
     if (again % 2) s->releaseMemory(g, outer);
   }
-  const std::lock_guard lock(shared.mutex);
-  shared.compared += compared;
-  shared.different += different;
+  shared.add(compared, different);
 }
 
 // Points made of the places of camera hits and of what their rays met, shaded: as the hits themselves but for
@@ -499,14 +485,8 @@ void integrate(const void*, uint32_t stage, Group* g, const Services* s) {
       break;
   }
 }
-uint32_t stages(const void*, Stage* out, uint32_t capacity) {
-  if (capacity < 2) return 0;
-  out[0] = {StageKind::CameraPaths, 0};
-  out[1] = {StageKind::LightPaths, 1};
-  return 2;
-}
 constexpr IntegratorFunctions kFunctions{&integrate};
-constexpr IntegratorTraits kTraits{&stages};
+constexpr IntegratorTraits kTraits{&cameraThenLightPaths};
 constexpr Descriptor kProbe = probeOf<kFunctions>("ProbeVertex", "Digests of vertices.", kTraits, kParams, 1);
 
 // Glass in water with absorption, a moving placed mesh with normals and primvars, bilinear quads, curves, a network,

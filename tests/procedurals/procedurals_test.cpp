@@ -256,26 +256,43 @@ TEST(Procedurals, LevelsOfDetail) {
   EXPECT_EQ(r.statistics.proceduralsRead, 1u);
 }
 
+// A folder's scene to be edited: what is said of it is a failure.
+struct Edited {
+  Edited(const Folder& folder, int threads, int samples) : said(readScene(folder, diagnostics)) {
+    settings.threads = threads;
+    settings.samplesPerPixel = samples;
+    renderer = load(said.scene.value());
+  }
+  std::unique_ptr<render::Renderer> load(const scene::Scene& scene) {
+    auto r = std::make_unique<render::Renderer>(registry, diagnostics, settings);
+    EXPECT_TRUE(r->load(scene, said.procedurals));
+    return r;
+  }
+  static std::vector<int64_t> render(render::Renderer& r) {
+    EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);
+    return stateOf(r.film());
+  }
+  std::vector<int64_t> fresh(const scene::Scene& scene) { return render(*load(scene)); }
+
+  Diagnostics diagnostics{[](const std::string& line, Severity) { ADD_FAILURE() << line; }};
+  Said said;
+  render::Settings settings;
+  Registry registry;
+  std::unique_ptr<render::Renderer> renderer;
+};
+
 TEST(Procedurals, AnEditedSceneIsAFreshOne) {
   const Folder folder(
       {{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib") + delayed("9 0 12", "c.rib"))},
        {"a.rib", kBall},
        {"b.rib", kBoxes},
        {"c.rib", kBall}});
-  Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
-  const Said said = readScene(folder, diagnostics);
-  ASSERT_TRUE(said.scene);
-  scene::Scene scene = *said.scene;
-  render::Settings settings;
-  settings.threads = 2;
-  settings.samplesPerPixel = 4;
-  Registry registry;
-  render::Renderer renderer(registry, diagnostics, settings);
-  ASSERT_TRUE(renderer.load(scene, said.procedurals));
-  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  Edited edited(folder, 2, 4);
+  render::Renderer& renderer = *edited.renderer;
+  ASSERT_FALSE(edited.render(renderer).empty());
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
   uint32_t moved = 0;
-  for (const auto& [id, source] : *said.procedurals) moved = std::max(moved, id);
+  for (const auto& [id, source] : *edited.said.procedurals) moved = std::max(moved, id);
   const auto edit = [&](scene::Scene& s) {
     EXPECT_TRUE(
         s.setPrimitiveTransform(moved, scene::Transform::fixed(scene::Matrix().setTranslation(Imath::V3d(0, 1, 5)))));
@@ -283,13 +300,11 @@ TEST(Procedurals, AnEditedSceneIsAFreshOne) {
   };
   edit(renderer.scene());
   ASSERT_TRUE(renderer.update());
-  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  const std::vector<int64_t> sums = edited.render(renderer);
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
+  scene::Scene scene = *edited.said.scene;
   edit(scene);
-  render::Renderer fresh(registry, diagnostics, settings);
-  ASSERT_TRUE(fresh.load(scene, said.procedurals));
-  ASSERT_EQ(fresh.renderFilm(), render::Outcome::Complete);
-  EXPECT_TRUE(stateOf(renderer.film()) == stateOf(fresh.film()));
+  EXPECT_TRUE(sums == edited.fresh(scene));
 }
 
 // What an edit did not reach is not read again, unless its file is another.
@@ -297,28 +312,11 @@ TEST(Procedurals, AnEditReadsWhatItReached) {
   const Folder folder({{"scene.rib", world(delayed("-1 0 5", "a.rib") + delayed("1 .2 4", "b.rib"))},
                        {"a.rib", kBall},
                        {"b.rib", kBoxes}});
-  Diagnostics diagnostics([](const std::string& line, Severity) { ADD_FAILURE() << line; });
-  const Said said = readScene(folder, diagnostics);
-  ASSERT_TRUE(said.scene);
-  scene::Scene scene = *said.scene;
-  render::Settings settings;
-  settings.threads = 1;
-  settings.samplesPerPixel = 2;
-  Registry registry;
-  render::Renderer renderer(registry, diagnostics, settings);
-  ASSERT_TRUE(renderer.load(scene, said.procedurals));
-  ASSERT_EQ(renderer.renderFilm(), render::Outcome::Complete);
+  Edited edited(folder, 1, 2);
+  render::Renderer& renderer = *edited.renderer;
+  ASSERT_FALSE(edited.render(renderer).empty());
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
   const double seconds = renderer.statistics().proceduralReadSeconds;
-  const auto renders = [&](render::Renderer& r) {
-    EXPECT_EQ(r.renderFilm(), render::Outcome::Complete);
-    return stateOf(r.film());
-  };
-  const auto fresh = [&] {
-    render::Renderer other(registry, diagnostics, settings);
-    EXPECT_TRUE(other.load(renderer.scene(), said.procedurals));
-    return renders(other);
-  };
   // a light is turned off: both are there
   const auto dim = [](scene::Scene& s) {
     auto node = std::make_shared<scene::Node>(*s.lights[0].node);
@@ -329,13 +327,13 @@ TEST(Procedurals, AnEditReadsWhatItReached) {
   };
   dim(renderer.scene());
   ASSERT_TRUE(renderer.update());
-  EXPECT_TRUE(renders(renderer) == fresh());
+  EXPECT_TRUE(edited.render(renderer) == edited.fresh(renderer.scene()));
   EXPECT_EQ(renderer.statistics().proceduralReadSeconds, seconds) << "nothing was read";
   EXPECT_EQ(renderer.statistics().proceduralsRead, 2u);
   // a file is written anew
   std::ofstream(folder.file("a.rib")) << kBoxes << "Sphere .4 -.4 .4 360\n";
   ASSERT_TRUE(renderer.update());
-  EXPECT_TRUE(renders(renderer) == fresh());
+  EXPECT_TRUE(edited.render(renderer) == edited.fresh(renderer.scene()));
   EXPECT_GT(renderer.statistics().proceduralReadSeconds, seconds);
 }
 

@@ -220,56 +220,52 @@ TEST_F(Shaders, MattesOfObjectsShowInTheirChannels) {
   EXPECT_EQ(shown(red, "Bxdf \"PxrSurface\" \"m\" \"reference int[1] utilityPattern\" [\"n:nothing\"]\n", 2), Two{});
 }
 
-// Heights of a shader have slopes: h rises by .9 along u and falls by .45 along v, over a square that is 2 wide.
-TEST_F(Shaders, ABumpTakesTheSlopesOfAShader) {
-  write("hills.osl", "shader hills(output float result = 0) { result = .9 * u - .45 * v; }");
-  const auto normal = [&](const std::string& more) {
+class ShaderSlopes : public Shaders {
+ protected:
+  // The normal that a bump makes of heights, over a square that is 2 wide. more: parameters of the bump.
+  std::array<float, 3> bumpedNormal(const std::string& patterns, const std::string& heights,
+                                    const std::string& more = "") {
     RenderRequest r =
-        requestOf("Pattern \"hills\" \"h\"\nPattern \"PxrBump\" \"n\" \"reference float inputBump\" [\"h:result\"] " +
-                  more + "\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultN\"]\n");
+        requestOf(patterns + "Pattern \"PxrBump\" \"n\" \"reference float inputBump\" [\"" + heights + "\"] " + more +
+                  "\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultN\"]\n");
     const size_t polygon = r.rib.find("Polygon");
     r.rib = r.rib.substr(0, polygon) + "Patch \"bilinear\" \"P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\nWorldEnd\n";
     SceneRender render(r);
     EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
     return middleOf(render);
+  }
+  // That of heights which rise by so much a unit; the camera looks along z.
+  static void expectAlong(const std::array<float, 3>& n, float dx, float dy, float tolerance) {
+    const float l = std::sqrt(dx * dx + dy * dy + 1);
+    EXPECT_NEAR(n[0], -dx / l, tolerance);
+    EXPECT_NEAR(n[1], -dy / l, tolerance);
+    EXPECT_NEAR(n[2], -1 / l, tolerance);
+  }
+};
+
+// Heights of a shader have slopes: h rises by .9 along u and falls by .45 along v, over a square that is 2 wide.
+TEST_F(ShaderSlopes, ABumpTakesTheSlopesOfAShader) {
+  write("hills.osl", "shader hills(output float result = 0) { result = .9 * u - .45 * v; }");
+  const auto normal = [&](const std::string& more) {
+    return bumpedNormal("Pattern \"hills\" \"h\"\n", "h:result", more);
   };
-  const auto expectAlong = [](const std::array<float, 3>& n, float dx, float dy) {
-    const float l = std::sqrt(dx * dx + dy * dy + 1);  // the camera looks along z
-    EXPECT_NEAR(n[0], -dx / l, 1e-4f);
-    EXPECT_NEAR(n[1], -dy / l, 1e-4f);
-    EXPECT_NEAR(n[2], -1 / l, 1e-4f);
-  };
-  expectAlong(normal(""), .45f, -.225f);
-  expectAlong(normal("\"float scale\" [2] \"int invertT\" [0]"), .9f, -.45f);
-  expectAlong(normal("\"float scale\" [2] \"int reverse\" [1]"), -.9f, .45f);
-  expectAlong(normal("\"int disable\" [1]"), 0, 0);
+  expectAlong(normal(""), .45f, -.225f, 1e-4f);
+  expectAlong(normal("\"float scale\" [2] \"int invertT\" [0]"), .9f, -.45f, 1e-4f);
+  expectAlong(normal("\"float scale\" [2] \"int reverse\" [1]"), -.9f, .45f, 1e-4f);
+  expectAlong(normal("\"int disable\" [1]"), 0, 0, 1e-4f);
 }
 
 // Shaders and plug-ins in one network: heights have slopes wherever the plug-in stands. u rises by 1/2 a unit.
-TEST_F(Shaders, ABumpTakesTheSlopesOfANetworkOfBoth) {
+TEST_F(ShaderSlopes, ABumpTakesTheSlopesOfANetworkOfBoth) {
   write("half.osl", "shader half(float x = 0, output float result = 0) { result = x / 2; }");
   write("slope.osl", "shader slope(output float result = 0) { result = .9 * u - .45 * v; }");
-  const auto normal = [&](const std::string& patterns, const std::string& from) {
-    RenderRequest r = requestOf(patterns + "Pattern \"PxrBump\" \"n\" \"reference float inputBump\" [\"" + from +
-                                "\"]\nBxdf \"PxrConstant\" \"m\" \"reference color emitColor\" [\"n:resultN\"]\n");
-    const size_t polygon = r.rib.find("Polygon");
-    r.rib = r.rib.substr(0, polygon) + "Patch \"bilinear\" \"P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\nWorldEnd\n";
-    SceneRender render(r);
-    EXPECT_TRUE(render.messages().empty()) << render.messages()[0];
-    return middleOf(render);
-  };
-  const auto expectAlong = [](const std::array<float, 3>& n, float dx, float dy) {
-    const float l = std::sqrt(dx * dx + dy * dy + 1);
-    EXPECT_NEAR(n[0], -dx / l, 1e-3f);
-    EXPECT_NEAR(n[1], -dy / l, 1e-3f);
-    EXPECT_NEAR(n[2], -1 / l, 1e-3f);
-  };
   const std::string u = "Pattern \"PxrVariable\" \"x\" \"string variable\" [\"u\"]\n";
-  expectAlong(normal(u + "Pattern \"half\" \"h\" \"reference float x\" [\"x:resultR\"]\n", "h:result"), .25f, 0);
-  expectAlong(normal("Pattern \"slope\" \"s\"\nPattern \"PxrToFloat3\" \"x\" \"reference float input\" "
-                     "[\"s:result\"]\n",
-                     "x:resultRGB"),
-              .45f, -.225f);
+  expectAlong(bumpedNormal(u + "Pattern \"half\" \"h\" \"reference float x\" [\"x:resultR\"]\n", "h:result"), .25f, 0,
+              1e-3f);
+  expectAlong(bumpedNormal("Pattern \"slope\" \"s\"\nPattern \"PxrToFloat3\" \"x\" \"reference float input\" "
+                           "[\"s:result\"]\n",
+                           "x:resultRGB"),
+              .45f, -.225f, 1e-3f);
 }
 
 }  // namespace

@@ -86,6 +86,13 @@ bool says(const SceneRender& render, const std::string& words) {
                      [&](const std::string& m) { return m.find(words) != std::string::npos; });
 }
 
+int64_t timesSaid(const SceneRender& render, std::initializer_list<std::string> words) {
+  return std::count_if(render.messages().begin(), render.messages().end(), [&](const std::string& m) {
+    return std::all_of(words.begin(), words.end(),
+                       [&](const std::string& w) { return m.find(w) != std::string::npos; });
+  });
+}
+
 image::Image pictureTold(const std::string& rib, std::initializer_list<std::string> expected,
                          const std::string& channel) {
   RenderRequest r;

@@ -53,6 +53,8 @@ class SceneRender {
 
 // Whether some warning or error holds these words.
 bool says(const SceneRender& render, const std::string& words);
+// How many warnings and errors hold all of these words.
+int64_t timesSaid(const SceneRender& render, std::initializer_list<std::string> words);
 
 // A channel of a scene; a warning or error is a failure but where it holds one of the words that are expected.
 image::Image pictureTold(const std::string& rib, std::initializer_list<std::string> expected,

@@ -182,13 +182,7 @@ TEST(Irradiance, LightsRunNoPatternsAndSaySo) {
                        unbiased(0));
     SceneRender r(q);
     ASSERT_TRUE(r.ok());
-    const auto& m = r.messages();
-    EXPECT_EQ(std::count_if(m.begin(), m.end(),
-                            [](const std::string& s) {
-                              return s.find("LIGHT-CONNECTION") != std::string::npos &&
-                                     s.find("lightColor") != std::string::npos;
-                            }),
-              1);
+    EXPECT_EQ(timesSaid(r, {"LIGHT-CONNECTION", "lightColor"}), 1);
   }
 }
 
@@ -334,8 +328,7 @@ TEST(DirectLight, LightsThatChangeTheirSizeAreTold) {
             " MotionEnd Light \"PxrSphereLight\" \"lamp\"\nAttributeEnd\nSphere 0.4 -0.4 0.4 360\nWorldEnd\n";
     SceneRender render(r);
     EXPECT_TRUE(render.ok());
-    return std::count_if(render.messages().begin(), render.messages().end(),
-                         [](const std::string& m) { return m.find("LIGHT-MOTION") != std::string::npos; });
+    return timesSaid(render, {"LIGHT-MOTION"});
   };
   EXPECT_EQ(messages("Shutter 0 1\n", "Scale 1 1 1", "Scale 1 2 1"), 1);
   EXPECT_EQ(messages("Shutter 0 1\n", "Scale 1 1 1", "Scale -0.5 1 1"), 1);

@@ -124,13 +124,7 @@ TEST(LightFilterLinks, AFactorOfNothingLeavesTheLightThatIsWithoutIt) {
 TEST(LightFilterLinks, SaysWhichNamesNothingHas) {
   SceneRender render(scene(half("a", "warm", 0.5) + kLamp, subset("warmer")));
   ASSERT_TRUE(render.ok());
-  const auto& m = render.messages();
-  EXPECT_EQ(std::count_if(m.begin(), m.end(),
-                          [](const std::string& s) {
-                            return s.find("LIGHT-LINK") != std::string::npos &&
-                                   s.find("'warmer'") != std::string::npos;
-                          }),
-            1);
+  EXPECT_EQ(timesSaid(render, {"LIGHT-LINK", "'warmer'"}), 1);
 }
 
 TEST(LightFilterLinks, SaturationIsOfTheFiltersColor) {

@@ -190,12 +190,7 @@ TEST(Portals, TellOnceWhereTheirDomeChangesItsShape) {
               kWindow + "Light \"PxrPortalLight\" \"other\"\n");
   SceneRender render(r);
   ASSERT_TRUE(render.ok());
-  EXPECT_EQ(std::count_if(render.messages().begin(), render.messages().end(),
-                          [](const std::string& m) {
-                            return m.find("LIGHT-MOTION") != std::string::npos &&
-                                   m.find("'sky'") != std::string::npos;
-                          }),
-            1);
+  EXPECT_EQ(timesSaid(render, {"LIGHT-MOTION", "'sky'"}), 1);
 }
 
 }  // namespace

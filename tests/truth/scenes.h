@@ -23,6 +23,11 @@ inline std::string orthographic(int pixels, double half, int samples) {
 
 // A setting of the testing kit ("name=v v v; name=v") as RIB parameters.
 inline std::string asRib(const Descriptor& d, std::string_view setting) {
+  constexpr std::pair<Type, const char*> kTypes[] = {{Type::Int, "int"},
+                                                     {Type::Color, "color"},
+                                                     {Type::Vector, "vector"},
+                                                     {Type::Normal, "normal"},
+                                                     {Type::String, "string"}};
   std::string out;
   while (!setting.empty()) {
     const size_t end = setting.find(';');
@@ -33,25 +38,8 @@ inline std::string asRib(const Descriptor& d, std::string_view setting) {
     const std::string name(pair.substr(first, equals - first));
     const char* type = "float";
     for (uint32_t i = 0; i < d.paramCount; ++i)
-      if (name == d.params[i].name) switch (d.params[i].type) {
-          case Type::Int:
-            type = "int";
-            break;
-          case Type::Color:
-            type = "color";
-            break;
-          case Type::Vector:
-            type = "vector";
-            break;
-          case Type::Normal:
-            type = "normal";
-            break;
-          case Type::String:
-            type = "string";
-            break;
-          default:
-            break;
-        }
+      for (const auto& [is, named] : kTypes)
+        if (name == d.params[i].name && d.params[i].type == is) type = named;
     const std::string value(pair.substr(equals + 1)), quote = std::string_view(type) == "string" ? "\"" : "";
     out += " \"" + std::string(type) + " " + name + "\" [" + quote + value + quote + "]";
   }

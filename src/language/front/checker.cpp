@@ -192,6 +192,13 @@ Var* Checker::find(Name name) {
   return nullptr;
 }
 
+Type Checker::parameterType(const Var* p) {
+  const Type type = resolve(p->spec, true);
+  if (isPoison(type) || type.base != Base::Void) return type;
+  error(p->pos, "a parameter cannot be void");
+  return kPoison;
+}
+
 void Checker::declare(Function* f) {
   f->isPrelude = isInPrelude_;
   f->type = resolve(f->spec, false);
@@ -203,11 +210,7 @@ void Checker::declare(Function* f) {
     error(f->pos, "names that begin with \"___\" are reserved");
   for (Var* p : f->parameters) {
     p->kind = p->isOutput ? VarKind::OutputArgument : VarKind::Argument;
-    p->type = resolve(p->spec, true);
-    if (!isPoison(p->type) && p->type.base == Base::Void) {
-      error(p->pos, "a parameter cannot be void");
-      p->type = kPoison;
-    }
+    p->type = parameterType(p);
   }
   f->scope = scopeStack_.back();
   Function*& head = isInPrelude_ ? prelude_[f->name] : functions_[f->name];
@@ -328,11 +331,7 @@ void Checker::shader(ShaderDecl* s) {
   metadata(s->metadata);
   for (Var* p : s->parameters) {
     p->kind = p->isOutput ? VarKind::OutputParameter : VarKind::Parameter;
-    p->type = resolve(p->spec, true);
-    if (!isPoison(p->type) && p->type.base == Base::Void) {
-      error(p->pos, "a parameter cannot be void");
-      p->type = kPoison;
-    }
+    p->type = parameterType(p);
     if (p->isOutput && p->type.arrayLength < 0) {
       error(p->pos, "output '" + text(p->name) + "' needs a length: nothing gives it one");
       p->type = kPoison;

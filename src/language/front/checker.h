@@ -33,6 +33,7 @@ class Checker {
 
   // checker.cpp: declarations and statements
   Type resolve(const TypeSpec& spec, bool mayBeUnsized);
+  Type parameterType(const Var* p);
   void declare(StructDecl* s);
   void declare(Function* f);
   void declare(Var* v);

@@ -76,20 +76,10 @@ SymbolId Lowerer::constant(const Type& type, Values values) {
   return id;
 }
 
-SymbolId Lowerer::constant(int32_t i) {
-  Values v;
-  v.ints = {i};
-  return constant({Base::Int, 0, -1}, std::move(v));
-}
-SymbolId Lowerer::constant(float f) {
-  Values v;
-  v.floats = {f};
-  return constant({Base::Float, 0, -1}, std::move(v));
-}
+SymbolId Lowerer::constant(int32_t i) { return constant({Base::Int, 0, -1}, {.ints = {i}}); }
+SymbolId Lowerer::constant(float f) { return constant({Base::Float, 0, -1}, {.floats = {f}}); }
 SymbolId Lowerer::constant(std::string_view s) {
-  Values v;
-  v.strings = {std::string(s)};
-  return constant({Base::String, 0, -1}, std::move(v));
+  return constant({Base::String, 0, -1}, {.strings = {std::string(s)}});
 }
 
 SymbolId Lowerer::unset(const Type& type) {

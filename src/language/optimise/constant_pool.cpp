@@ -25,20 +25,8 @@ SymbolId ConstantPool::find(const Type& type, Values values) {
   }
   return at->second;
 }
-SymbolId ConstantPool::ofInt(int32_t i) {
-  Values values;
-  values.ints = {i};
-  return find({Base::Int, 0, -1}, std::move(values));
-}
-SymbolId ConstantPool::ofFloat(float f) {
-  Values values;
-  values.floats = {f};
-  return find({Base::Float, 0, -1}, std::move(values));
-}
-SymbolId ConstantPool::ofString(const std::string& s) {
-  Values values;
-  values.strings = {s};
-  return find({Base::String, 0, -1}, std::move(values));
-}
+SymbolId ConstantPool::ofInt(int32_t i) { return find({Base::Int, 0, -1}, {.ints = {i}}); }
+SymbolId ConstantPool::ofFloat(float f) { return find({Base::Float, 0, -1}, {.floats = {f}}); }
+SymbolId ConstantPool::ofString(const std::string& s) { return find({Base::String, 0, -1}, {.strings = {s}}); }
 
 }  // namespace kinora::language

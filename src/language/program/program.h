@@ -43,9 +43,9 @@ struct Structure {
 // Constants, defaults and instance values: one of the lists is used, by the base type. Elements of an array one after
 // the other, components inside an element.
 struct Values {
-  std::vector<int32_t> ints;
-  std::vector<float> floats;
-  std::vector<std::string> strings;
+  std::vector<int32_t> ints = {};
+  std::vector<float> floats = {};
+  std::vector<std::string> strings = {};
   bool empty() const { return ints.empty() && floats.empty() && strings.empty(); }
   friend bool operator==(const Values&, const Values&) = default;
 };

@@ -14,30 +14,31 @@ using namespace kinora::language;
 using namespace lang::operations;
 using lang::Dual;
 
-struct PowOp {
-  template <class F>
-  static KN_INLINE F of(F a, F b) {
-    return lang::pow(a, b);
-  }
-};
-struct Atan2Op {
-  template <class F>
-  static KN_INLINE F of(F a, F b) {
-    return lang::atan2(a, b);
-  }
-};
-struct FmodOp {
-  template <class F>
-  static KN_INLINE F of(F a, F b) {
-    return lang::fmod(a, b);
-  }
-};
-struct FloorModOp {
-  template <class F>
-  static KN_INLINE F of(F a, F b) {
-    return lang::mod(a, b);
-  }
-};
+// Functions of the library, of plain numbers and of dual ones.
+#define KN_OF_TWO(Name, function)     \
+  struct Name {                       \
+    template <class F>                \
+    static KN_INLINE F of(F a, F b) { \
+      return lang::function(a, b);    \
+    }                                 \
+  };
+#define KN_OF_THREE(Name, function)        \
+  struct Name {                            \
+    template <class F>                     \
+    static KN_INLINE F of(F a, F b, F c) { \
+      return lang::function(a, b, c);      \
+    }                                      \
+  };
+KN_OF_TWO(PowOp, pow)
+KN_OF_TWO(Atan2Op, atan2)
+KN_OF_TWO(FmodOp, fmod)
+KN_OF_TWO(FloorModOp, mod)
+KN_OF_THREE(ClampOp, clampTo)
+KN_OF_THREE(MixOp, mix)
+KN_OF_THREE(SmoothStepOp, smoothstep)
+KN_OF_THREE(LinearStepOp, linearstep)
+#undef KN_OF_TWO
+#undef KN_OF_THREE
 struct StepOp {
   template <int W>
   static KN_INLINE Float<W> of(Float<W> a, Float<W> b) {
@@ -46,18 +47,6 @@ struct StepOp {
   template <int W>
   static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b) {
     return Dual<W>(lang::step(a.v, b.v));
-  }
-};
-struct ClampOp {
-  template <class F>
-  static KN_INLINE F of(F x, F lo, F hi) {
-    return lang::clampTo(x, lo, hi);
-  }
-};
-struct MixOp {
-  template <class F>
-  static KN_INLINE F of(F a, F b, F x) {
-    return lang::mix(a, b, x);
   }
 };
 struct SelectOp {
@@ -79,18 +68,6 @@ struct SelectIOp {
   template <int W>
   static KN_INLINE Dual<W> of(Dual<W> a, Dual<W> b, Dual<W> c) {
     return lang::choose(asInt(c.v) != Int<W>(0), b, a);
-  }
-};
-struct SmoothStepOp {
-  template <class F>
-  static KN_INLINE F of(F a, F b, F x) {
-    return lang::smoothstep(a, b, x);
-  }
-};
-struct LinearStepOp {
-  template <class F>
-  static KN_INLINE F of(F a, F b, F x) {
-    return lang::linearstep(a, b, x);
   }
 };
 struct SmoothLinearStepOp {

@@ -57,34 +57,24 @@ struct DivPlain {
     return {a.v / b, inverse * a.dx, inverse * a.dy};
   }
 };
-struct Min {
-  template <class A>
-  static KN_INLINE A of(A a, A b) {
-    return lang::least(a, b);
-  }
-  template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Float<W> b) {
-    return lang::least(a, Dual<W>(b));
-  }
-  template <int W>
-  static KN_INLINE Dual<W> of(Float<W> a, Dual<W> b) {
-    return lang::least(Dual<W>(a), b);
-  }
-};
-struct Max {
-  template <class A>
-  static KN_INLINE A of(A a, A b) {
-    return lang::greatest(a, b);
-  }
-  template <int W>
-  static KN_INLINE Dual<W> of(Dual<W> a, Float<W> b) {
-    return lang::greatest(a, Dual<W>(b));
-  }
-  template <int W>
-  static KN_INLINE Dual<W> of(Float<W> a, Dual<W> b) {
-    return lang::greatest(Dual<W>(a), b);
-  }
-};
+#define KN_EXTREME(Name, function)                       \
+  struct Name {                                          \
+    template <class A>                                   \
+    static KN_INLINE A of(A a, A b) {                    \
+      return lang::function(a, b);                       \
+    }                                                    \
+    template <int W>                                     \
+    static KN_INLINE Dual<W> of(Dual<W> a, Float<W> b) { \
+      return lang::function(a, Dual<W>(b));              \
+    }                                                    \
+    template <int W>                                     \
+    static KN_INLINE Dual<W> of(Float<W> a, Dual<W> b) { \
+      return lang::function(Dual<W>(a), b);              \
+    }                                                    \
+  };
+KN_EXTREME(Min, least)
+KN_EXTREME(Max, greatest)
+#undef KN_EXTREME
 
 // Comparisons of numbers, and of ints given by their bits.
 #define KN_COMPARE(Name, test)                              \
