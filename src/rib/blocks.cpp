@@ -178,9 +178,32 @@ void Interpreter::worldBegin(Request& r) {
   spaces["world"] = scene::Transform();
   spaces["camera"] = cameraToWorld;
   for (const auto& [name, toCamera] : frame_.cameraSpaces) spaces[name] = concat(toCamera, cameraToWorld);
-  for (scene::Light l : frame_.cameraLights) {
+  // What was said before stands in camera space. Patterns find systems of scopes by name alone, as in the world.
+  const auto spacesToWorld = [&](const scene::Attributes& a) {
+    auto scoped = std::make_shared<std::map<std::string, scene::Transform>>(*a.coordinateSystems);
+    for (auto& [name, space] : *scoped) {
+      space = concat(space, cameraToWorld);
+      if (spaces.try_emplace(name, space).second) onlyScoped_.insert(name);
+    }
+    return scoped;
+  };
+  const auto lightToWorld = [&](scene::Light& l) {
     l.toWorld = concat(l.toWorld, cameraToWorld);
     for (scene::Transform& filter : l.filterToWorld) filter = concat(filter, cameraToWorld);
+    if (!l.attributes || !l.attributes->coordinateSystems) return;
+    auto own = std::make_shared<scene::Attributes>(*l.attributes);
+    own->coordinateSystems = spacesToWorld(*l.attributes);
+    l.attributes = std::move(own);
+  };
+  if (state_.attributes->coordinateSystems) edit().coordinateSystems = spacesToWorld(*state_.attributes);
+  for (LightFilter& f : state_.lightFilters) f.toWorld = concat(f.toWorld, cameraToWorld);
+  if (state_.emitter) {
+    auto own = std::make_shared<scene::Light>(*state_.emitter);
+    lightToWorld(*own);
+    state_.emitter = std::move(own);
+  }
+  for (scene::Light l : frame_.cameraLights) {
+    lightToWorld(l);
     (l.node->kind == "Light" ? world_->lights : world_->classicLights).push_back(std::move(l));
   }
   state_.ctm = scene::Transform();

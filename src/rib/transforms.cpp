@@ -251,16 +251,19 @@ void Interpreter::scopedCoordinateSystem(Request& r) {
   Cursor c(r);
   std::string name;
   if (!c.string(name)) return badArguments(r, "a name");
-  if (!inWorldOrObject()) {
-    frame_.cameraSpaces[name] = state_.ctm;
-    return;
-  }
   addScopedSpace(name);
-  // Patterns ask for systems by name alone, and exporters give each its own.
-  if (!world_ || !openObjects_.empty()) return;
-  const auto [it, isNew] = world_->coordinateSystems.try_emplace(name, state_.ctm);
-  if (isNew) onlyScoped_.insert(name);
-  if (!isNew && it->second.matrices != state_.ctm.matrices)
+  if (!openObjects_.empty()) return;
+  // Patterns ask for systems by name alone, and exporters give each its own. Before the world, where they stand in
+  // camera space, those of the scope that WorldBegin stands in become the world's: see there.
+  bool isOther = false;
+  if (world_) {
+    const auto [it, isNew] = world_->coordinateSystems.try_emplace(name, state_.ctm);
+    if (isNew) onlyScoped_.insert(name);
+    isOther = !isNew && it->second.matrices != state_.ctm.matrices;
+  } else if (const auto it = frame_.cameraSpaces.find(name); it != frame_.cameraSpaces.end()) {
+    isOther = it->second.matrices != state_.ctm.matrices;
+  }
+  if (isOther)
     report(Severity::Warning, "RIB-COORDSYS", r.pos,
            "another coordinate system is called '" + name.substr(0, 60) + "' already",
            "light filters and CoordSysTransform in this scope use this one, patterns the first",
