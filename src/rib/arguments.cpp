@@ -160,26 +160,39 @@ std::optional<Declaration> Interpreter::guess(const Request& r, const std::strin
 }
 
 bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Parameter& p, Use use) {
-  const auto drop = [&](const char* code, std::string what) {
-    report(Severity::Error, code, p.pos, "\"" + d.name + "\" of " + r.name + " " + what, "the parameter is ignored");
+  const auto drop = [&](const char* code, std::string what, std::string advice = {}) {
+    report(Severity::Error, code, p.pos, "\"" + d.name + "\" of " + r.name + " " + what, "the parameter is ignored",
+           std::move(advice));
     return false;
   };
+  const bool isAnyLength = d.arrayLength == 0;
+  if (isAnyLength) p.arrayLength = 1;
   const bool wantsStrings = d.isReference || d.type == ValueType::String || d.type >= ValueType::Bxdf;
   const bool isStrings = a.kind == Argument::Kind::Strings;
   if (a.size() == 0) {
     if (r.name == "Volume") return true;  // a field that the volume's own file holds is declared without values
+    if (isAnyLength) return false;        // the empty array of exporters that list every parameter: its default holds
     return drop("RIB-ARRAY-LENGTH", "has no value");
   }
   if (wantsStrings != isStrings)
     return drop("RIB-TYPE",
                 std::string("is declared ") + nameOf(d.type) + " and given " + (isStrings ? "strings" : "numbers"));
   const size_t components = wantsStrings ? 1 : size_t(componentsOf(d.type));
-  const size_t element = components * size_t(d.arrayLength), given = a.size();
+  const size_t element = components * size_t(p.arrayLength), given = a.size();
+  const std::string length = d.isArray ? "[" + (isAnyLength ? "" : std::to_string(d.arrayLength)) + "]" : "";
   if (given % element != 0)
-    return drop("RIB-ARRAY-LENGTH", "has " + std::to_string(given) + " values; " + nameOf(d.type) +
-                                        (d.isArray ? "[" + std::to_string(d.arrayLength) + "]" : "") + " takes " +
-                                        (use == Use::Primitive ? "multiples of " : "") + std::to_string(element));
-  if (use != Use::Primitive && given > element) {
+    return drop("RIB-ARRAY-LENGTH", "has " + std::to_string(given) + " values; " + nameOf(d.type) + length +
+                                        " takes " + (use == Use::Primitive || isAnyLength ? "multiples of " : "") +
+                                        std::to_string(element));
+  if (isAnyLength) {
+    if (use == Use::Primitive && p.storage != StorageClass::Constant)
+      return drop(
+          "RIB-DECLARATION",
+          std::string("is declared ") + nameOf(d.type) + "[]: how many of its values are one element's is not said",
+          std::string("write the number of each, as in \"") + nameOf(p.storage) + " " + nameOf(d.type) + "[2] " +
+              d.name.substr(0, 60) + "\"");
+    p.arrayLength = int(std::min<size_t>(given / components, INT_MAX));
+  } else if (use != Use::Primitive && given > element) {
     p.isArray = true;
     p.arrayLength = int(std::min<size_t>(given / components, INT_MAX));
     report(Severity::Warning, "RIB-ARRAY-LENGTH", p.pos,

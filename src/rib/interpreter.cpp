@@ -369,35 +369,36 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
   return attributeOnly ? std::nullopt : usualOption(asRequest);
 }
 
+// One that is left out: nobody after the reader says so again. The codes are of the families that --strict counts.
+void Interpreter::reportProcedural(const Request& r) {
+  const std::string kind = r.args[0].isString() ? r.args[0].strings[0].substr(0, 60) : std::string();
+  const bool isObject = kind == "DynamicLoad" || kind == "DynamicLoad2";
+  if (!isObject && kind != "RunProgram" && kind != "RunProgram2") {
+    report(Severity::Warning, "PLUGIN-PROCEDURAL", r.pos, "no kind of " + r.name + " is called '" + kind + "'",
+           "what it would draw is left out; the request is kept in the scene description",
+           "there are DelayedReadArchive, RunProgram and DynamicLoad, of Procedural2 with a 2 at the end");
+    return;
+  }
+  // Procedural says which by its second argument, Procedural2 by a parameter
+  std::string which;
+  for (size_t k = 1; r.name == "Procedural2" && k + 1 < r.count && which.empty(); ++k)
+    if (r.args[k].isString() && r.args[k].strings[0].ends_with(isObject ? "dsoname" : "filename") &&
+        !r.args[k + 1].strings.empty())
+      which = r.args[k + 1].strings[0];
+  if (r.name == "Procedural" && r.count > 1 && !r.args[1].strings.empty()) which = r.args[1].strings[0];
+  report(Severity::Warning, "ASSET-PROGRAM-REFUSED", r.pos,
+         std::string(isObject ? "the shared object '" : "the program '") + which.substr(0, 200) + "' of a " + kind +
+             (isObject ? " is not loaded" : " is not run"),
+         "what it would draw is left out; the request is kept in the scene description",
+         read_.allowExec
+             ? "shared objects are run by kinora-procedural, which stands beside kinora"
+             : "--allow-exec lets scenes run programs and shared objects: only for scenes that you trust");
+}
+
 void Interpreter::reportKept(const Request& r) {
   // the shape of an area light is that of what stands in for the light, and not seen otherwise
   if (r.name == "Geometry" && state_.emitter && state_.emitter->node->kind == "AreaLightSource") return;
-  if (r.name.starts_with("Procedural") && r.count > 1 && r.args[0].isString()) {
-    const std::string& kind = r.args[0].strings[0];
-    const bool isObject = kind.starts_with("DynamicLoad");
-    // Procedural says which by its second argument, Procedural2 by a parameter
-    std::string which;
-    for (size_t k = 1; r.name == "Procedural2" && k + 1 < r.count && which.empty(); ++k)
-      if (r.args[k].isString() && r.args[k].strings[0].ends_with(isObject ? "dsoname" : "filename") &&
-          !r.args[k + 1].strings.empty())
-        which = r.args[k + 1].strings[0];
-    if (r.name == "Procedural" && !r.args[1].strings.empty()) which = r.args[1].strings[0];
-    which.resize(std::min<size_t>(which.size(), 200));
-    if (kind.starts_with("RunProgram")) {
-      report(Severity::Warning, "RIB-KEPT-PROGRAM", r.pos, "the program '" + which + "' is not run",
-             "it is kept in the scene description without effect",
-             "--allow-exec lets scenes run programs: only for scenes that you trust");
-      return;
-    }
-    if (isObject) {
-      if (!keptNames_.insert(r.name + " " + which).second) return;
-      report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
-             "the shared object '" + which + "' of a " + kind.substr(0, 60) + " is not loaded",
-             "what it would draw is left out; the request is kept in the scene description",
-             "--allow-exec lets scenes run shared objects: only for scenes that you trust");
-      return;
-    }
-  }
+  if (r.name.starts_with("Procedural")) return reportProcedural(r);
   static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",
                                                   "Interior", "Exterior",   "Deformation"};
   std::string who = r.name;

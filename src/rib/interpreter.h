@@ -141,6 +141,7 @@ class Interpreter {
   void keep(Request& r);         // into Scene::kept, with a report
   void keepQuietly(Request& r);  // where something stands in for it
   void tellOfNoEffect(Where where, const std::string& name, const scene::Parameter& p, const SourcePos& pos);
+  void reportProcedural(const Request& r);
   void reportKept(const Request& r);                        // once per name, of shaders once per shader
   scene::Attributes& edit();                                // the current attributes, no longer shared
   scene::Attributes& edit(scene::Attributes::Given what) {  // ... of which this is being set

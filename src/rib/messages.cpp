@@ -80,7 +80,9 @@ constexpr Explanation kExplanations[] = {
     {"RIB-DECLARATION",
      "A declaration must read \"[class] type[n] name\": class is constant, uniform, varying, vertex, facevarying or "
      "facevertex; type "
-     "is float, int, string, color, point, vector, normal, hpoint, matrix, mpoint, or a node type; [n] is optional."},
+     "is float, int, string, color, point, vector, normal, hpoint, matrix, mpoint, or a node type; [n] is optional. "
+     "Where n is left out, type[], or is 0, an array is as long as its value, and one without values counts as not "
+     "given; primitive variables that are not constant need n, since it tells where an element ends."},
     {"RIB-UNDECLARED",
      "A parameter's name was neither declared inline nor by Declare nor is it predeclared. On plug-ins its type is "
      "taken from its "
@@ -197,7 +199,7 @@ constexpr Explanation kExplanations[] = {
      "lost when the scene "
      "is written again, and has no effect on the picture. Each such request is reported once, where it is first "
      "met."},
-    {"RIB-PROGRAM",
+    {"ASSET-PROGRAM",
      "Procedural or Procedural2 \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output "
      "would be part "
      "of "
@@ -205,11 +207,17 @@ constexpr Explanation kExplanations[] = {
      "without "
      "an answer, takes more than 60 seconds or prints more than a gigabyte. It is ended and left out. Shared objects "
      "are run by kinora-procedural, which stands beside kinora; what it prints to standard error says more, and "
-     "kinora-procedural OBJECT DATA runs it by hand."},
-    {"RIB-KEPT-PROGRAM",
-     "Procedural or Procedural2 \"RunProgram\" names a program whose output would be part of the scene. Programs are "
-     "run with "
-     "--allow-exec alone: a scene from elsewhere could do anything with the rights of who renders it."},
+     "kinora-procedural OBJECT DATA runs it by hand. With --strict the exit code is 4."},
+    {"ASSET-PROGRAM-REFUSED",
+     "Procedural or Procedural2 \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output "
+     "would be part of the scene. They are run with --allow-exec alone: a scene from elsewhere could do anything "
+     "with "
+     "the rights of who renders it. What it would draw is left out; with --strict the exit code is 4."},
+    {"PLUGIN-PROCEDURAL",
+     "Procedural or Procedural2 names a kind that is none of DelayedReadArchive, RunProgram and DynamicLoad (of "
+     "Procedural2 with a 2 at the end, which may be left out). What it would draw is left out; with --strict the "
+     "exit "
+     "code is 4. An archive of what it draws can stand in its place."},
     {"ASSET-MISSING-ARCHIVE",
      "An archive named by ReadArchive or a delayed procedural is not found: not as named, not beside the file that "
      "names it, not along "

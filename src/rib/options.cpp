@@ -466,7 +466,7 @@ void Interpreter::displayChannel(Request& r) {
   if (d) {
     channel.name = d->name;
     channel.type = d->type;
-    channel.arrayLength = d->arrayLength;
+    channel.arrayLength = std::max(1, d->arrayLength);
   } else if (text.find(' ') == std::string::npos && !text.empty()) {
     channel.name = text;
     report(Severity::Warning, "RIB-UNDECLARED", r.pos, "nothing declares the channel \"" + text.substr(0, 60) + "\"",
