@@ -138,6 +138,7 @@ TEST(Procedurals, ThatAreLeftOutAreToldOnceAndCountAsAssets) {
       {"Procedural \"Foo\" [\"x\"] [-1 1 -1 1 -1 1]", "PLUGIN-PROCEDURAL"},
       {"Procedural2 \"Foo2\" \"SimpleBound\" \"string filename\" [\"x\"]", "PLUGIN-PROCEDURAL"},
       {"Procedural2 \"\" \"\"", "PLUGIN-PROCEDURAL"},
+      {"Procedural \"RunProgram2\" [\"x\"] [-1 1 -1 1 -1 1]", "PLUGIN-PROCEDURAL"},
       {"Procedural \"RunProgram\" [\"x\"] [-1 1 -1 1 -1 1]", "ASSET-PROGRAM-REFUSED"},
       {"Procedural \"DynamicLoad\" [\"x\"] [-1 1 -1 1 -1 1]", "ASSET-PROGRAM-REFUSED"},
       {"Procedural2 \"RunProgram2\" \"SimpleBound\" \"string filename\" [\"x\"]", "ASSET-PROGRAM-REFUSED"},

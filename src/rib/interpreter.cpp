@@ -372,8 +372,9 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
 // One that is left out: nobody after the reader says so again. The codes are of the families that --strict counts.
 void Interpreter::reportProcedural(const Request& r) {
   const std::string kind = r.args[0].isString() ? r.args[0].strings[0].substr(0, 60) : std::string();
-  const bool isObject = kind == "DynamicLoad" || kind == "DynamicLoad2";
-  if (!isObject && kind != "RunProgram" && kind != "RunProgram2") {
+  const bool isSecond = r.name == "Procedural2",
+             isObject = kind == "DynamicLoad" || (isSecond && kind == "DynamicLoad2");
+  if (!isObject && kind != "RunProgram" && !(isSecond && kind == "RunProgram2")) {
     report(Severity::Warning, "PLUGIN-PROCEDURAL", r.pos, "no kind of " + r.name + " is called '" + kind + "'",
            "what it would draw is left out; the request is kept in the scene description",
            "there are DelayedReadArchive, RunProgram and DynamicLoad, of Procedural2 with a 2 at the end");
@@ -381,11 +382,11 @@ void Interpreter::reportProcedural(const Request& r) {
   }
   // Procedural says which by its second argument, Procedural2 by a parameter
   std::string which;
-  for (size_t k = 1; r.name == "Procedural2" && k + 1 < r.count && which.empty(); ++k)
+  for (size_t k = 1; isSecond && k + 1 < r.count && which.empty(); ++k)
     if (r.args[k].isString() && r.args[k].strings[0].ends_with(isObject ? "dsoname" : "filename") &&
         !r.args[k + 1].strings.empty())
       which = r.args[k + 1].strings[0];
-  if (r.name == "Procedural" && r.count > 1 && !r.args[1].strings.empty()) which = r.args[1].strings[0];
+  if (!isSecond && r.count > 1 && !r.args[1].strings.empty()) which = r.args[1].strings[0];
   report(Severity::Warning, "ASSET-PROGRAM-REFUSED", r.pos,
          std::string(isObject ? "the shared object '" : "the program '") + which.substr(0, 200) + "' of a " + kind +
              (isObject ? " is not loaded" : " is not run"),
