@@ -278,6 +278,7 @@ struct Renderer::Impl {
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = hasJitter(scene);
     in.stop = renderTime ? renderTime->stop() : settings.stop;
+    builder.stopDicingBy(in.stop);
     in.rayListener = settings.rayListener;
     in.readMet = [this](std::vector<WaitingGroup*>& groups) { return readFor(groups); };
     in.statistics = &stats;
@@ -735,6 +736,7 @@ Outcome Renderer::Impl::run(bool write, const std::function<void(const Progress&
       countTextures();
       Memory::check(MemoryUse::Textures);
     }
+    builder.stopDicingBy(settings.stop);
     renderTime.reset();
     stats.renderSeconds = since(start);
     stats.samples = samplesTaken;
