@@ -209,13 +209,19 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
       p.ints = takeValues(a.ints);
       return true;
     }
-    bool whole = true;
+    bool whole = true, fits = true;
     p.ints.reserve(a.floats.size());
     for (float f : a.floats) {
       whole &= f == std::floor(f);
+      fits &= std::abs(f) <= 0x1p31f;  // the least is -2^31; what is said beyond the most is 2^31 as a float
       p.ints.push_back(toInt(f));
     }
-    if (!whole)
+    for (size_t i = 0; i < a.exact.size(); ++i) fits &= a.exact[i] >= INT_MIN && a.exact[i] <= INT_MAX;
+    if (!fits)
+      report(Severity::Warning, "RIB-TYPE", p.pos,
+             "\"" + d.name + "\" of " + r.name + " is an integer and given numbers beyond 2147483647, or nan",
+             "the nearest integer, and 0, are used");
+    else if (!whole)
       report(Severity::Warning, "RIB-TYPE", p.pos,
              "\"" + d.name + "\" of " + r.name + " is an integer and given fractions", "the fractions are cut off");
     return true;

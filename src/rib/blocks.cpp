@@ -77,11 +77,14 @@ void Interpreter::close(BlockKind kind, const Request& r) {
     report(Severity::Error, "RIB-NESTING", r.pos, r.name + " closes nothing", "it is ignored");
     return;
   }
-  if (at < blocks_.size())
+  if (at < blocks_.size()) {
+    const SourcePos& begin = blocks_.back().pos;
+    const bool isElsewhere = begin.file && (!r.pos.file || *begin.file != *r.pos.file);
     report(Severity::Error, "RIB-NESTING", r.pos,
-           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of line " +
-               std::to_string(blocks_.back().pos.line) + " is still open at " + r.name,
+           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of " +
+               (isElsewhere ? begin.str() : "line " + std::to_string(begin.line)) + " is still open at " + r.name,
            "it is closed here");
+  }
   while (blocks_.size() >= at) leave();
 }
 
@@ -95,6 +98,10 @@ void Interpreter::declareRequest(Request& r) {
   Cursor c(r);
   std::string name, text;
   if (!c.string(name) || !c.string(text)) return badArguments(r, "a name and a declaration");
+  if (name.empty() || Declarations::parse(name, true))
+    return report(Severity::Error, "RIB-DECLARATION", r.pos,
+                  "Declare is given \"" + name.substr(0, 60) + "\" as a name", "the request is ignored",
+                  "the type stands in its second argument alone");
   if (!declarations_.declare(name, text))
     report(Severity::Error, "RIB-DECLARATION", r.pos, "\"" + text.substr(0, 60) + "\" is not a declaration",
            "\"" + name.substr(0, 60) + "\" stays undeclared",
@@ -527,9 +534,15 @@ void Interpreter::ifBegin(Request& r) {
   conditions_.push_back(c);
 }
 
+// Whether one is open that what is read now began: an archive leaves those around it alone, as its own end with it.
+bool Interpreter::hasOwnCondition() const {
+  const size_t around = sources_.size() > 1 ? sources_.back().conditions : 0;
+  return conditions_.size() > around;
+}
+
 void Interpreter::elseIf(Request& r) {
   if (unopenedIfs_ > 0) return;
-  if (conditions_.empty())
+  if (!hasOwnCondition())
     return report(Severity::Error, "RIB-NESTING", r.pos, "ElseIf without IfBegin", "it is ignored");
   Condition& c = conditions_.back();
   inactive_ -= !c.active;
@@ -540,7 +553,7 @@ void Interpreter::elseIf(Request& r) {
 
 void Interpreter::elseRequest(Request& r) {
   if (unopenedIfs_ > 0) return;
-  if (conditions_.empty())
+  if (!hasOwnCondition())
     return report(Severity::Error, "RIB-NESTING", r.pos, "Else without IfBegin", "it is ignored");
   Condition& c = conditions_.back();
   inactive_ -= !c.active;
@@ -554,7 +567,7 @@ void Interpreter::ifEnd(Request& r) {
     --unopenedIfs_;
     return;
   }
-  if (conditions_.empty())
+  if (!hasOwnCondition())
     return report(Severity::Error, "RIB-NESTING", r.pos, "IfEnd without IfBegin", "it is ignored");
   inactive_ -= !conditions_.back().active;
   conditions_.pop_back();
@@ -564,6 +577,7 @@ void Interpreter::ifEnd(Request& r) {
 void Interpreter::editBegin(Request& r) {
   keep(r);
   inEdit_ = true;
+  editPos_ = r.pos;
 }
 void Interpreter::editEnd(Request& r) {
   if (!inEdit_) report(Severity::Warning, "RIB-NESTING", r.pos, "EditEnd closes nothing", "it is ignored");

@@ -239,6 +239,8 @@ void Interpreter::run() {
       dispatch(request_);
       continue;
     }
+    // first what this hands over now, which may be an archive
+    if (sources_.size() > 1 && closeWhatWaits("it ends with the archive")) continue;
     if (s.lexer) bytes_ += s.lexer->bytesRead();
     if (!s.anyRequest && s.lexer)
       report(sources_.size() + ancestors_.size() == 1 ? Severity::Error : Severity::Warning, "RIB-EMPTY",
@@ -277,6 +279,8 @@ void Interpreter::dispatch(Request& r) {
   if (inEdit_ && r.name != "EditEnd") {
     // an edit that is never closed must not swallow a world
     if (r.name != "WorldBegin" && r.name != "WorldEnd" && r.name != "EditBegin") return;
+    if (r.name != "EditBegin")
+      report(Severity::Error, "RIB-NESTING", editPos_, "EditBegin is not closed", "it ends before " + r.name);
     inEdit_ = false;
   }
   if (it == table().end()) {
@@ -441,21 +445,30 @@ scene::Attributes& Interpreter::edit() {
   return *state_.attributes;
 }
 
-void Interpreter::closeAll(size_t blocksLeft) {
-  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
-                                       "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
+bool Interpreter::closeWhatWaits(const char* endsWith) {
+  const bool isAny = recording_ || inMotion_ || inEdit_;
   if (recording_) {
     report(Severity::Error, "RIB-NESTING", recordingPos_, "ArchiveBegin \"" + recordingName_ + "\" is not closed",
-           "it ends with the file");
-    inlineArchives_[recordingName_] = std::move(recording_);
-    recording_.reset();
+           endsWith);
+    Request end;
+    end.name = "ArchiveEnd";
+    archiveEnd(end);
   }
   if (inMotion_) {
-    report(Severity::Error, "RIB-NESTING", motionPos_, "MotionBegin is not closed", "it ends with the file");
+    report(Severity::Error, "RIB-NESTING", motionPos_, "MotionBegin is not closed", endsWith);
     Request end;
     end.name = "MotionEnd";
     motionEnd(end);
   }
+  if (inEdit_) report(Severity::Error, "RIB-NESTING", editPos_, "EditBegin is not closed", endsWith);
+  inEdit_ = false;
+  return isAny;
+}
+
+void Interpreter::closeAll(size_t blocksLeft) {
+  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
+                                       "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
+  closeWhatWaits("it ends with the file");
   if (!conditions_.empty())  // one message, however many they are
     report(Severity::Error, "RIB-NESTING", conditions_.back().pos, "IfBegin is not closed", "it ends with the file");
   conditions_.clear();

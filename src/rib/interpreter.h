@@ -200,7 +200,10 @@ class Interpreter {
   void editEnd(Request&);
   void finishWorld();
   void closeAll(size_t blocksLeft);  // what is still open, with messages
+  // What keeps requests from being executed until its end: inline archives, motion blocks, edits. False: none is open.
+  bool closeWhatWaits(const char* endsWith);
   bool condition(Request& r);
+  bool hasOwnCondition() const;
 
   // ---- options.cpp
   bool optionsAllowed(const Request& r);
@@ -378,6 +381,7 @@ class Interpreter {
   size_t unopenedIfs_ = 0;  // inside the deepest one that is allowed
   size_t inactive_ = 0;     // conditions that are not active
   bool inEdit_ = false;
+  SourcePos editPos_;
   char marker_ = '$';        // Option "ribparse" "varsubst"
   bool bareMarker_ = false;  // asked for by the scene: "$name" besides "${name}"
 

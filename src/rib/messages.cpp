@@ -90,7 +90,9 @@ constexpr Explanation kExplanations[] = {
     {"RIB-TYPE",
      "A parameter was given values of another kind than its declaration says: strings for numbers, numbers for "
      "strings, or fractions "
-     "for an integer. Fractions are cut off; otherwise the parameter is ignored and its default holds."},
+     "for an integer. Fractions are cut off; otherwise the parameter is ignored and its default holds. Integers "
+     "beyond "
+     "2147483647 (hashes, say) become the nearest one."},
     {"RIB-ARRAY-LENGTH",
      "The number of values of a parameter does not fit its type: a color takes 3, a float[2] takes 2, a matrix 16. "
      "Values that are no "
@@ -133,7 +135,8 @@ constexpr Explanation kExplanations[] = {
     {"RIB-NESTING",
      "Blocks are not balanced: an end without its begin is ignored; a block left open inside another is closed where "
      "the outer one "
-     "ends; what is open at the end of the file is closed there. Frames and worlds in an archive that is read inside "
+     "ends; what is open at the end of the file is closed there, and motion blocks, inline archives, edits and "
+     "conditions at the end of the archive that began them. Frames and worlds in an archive that is read inside "
      "a world are attribute blocks of that world."},
     {"RIB-SOLID",
      "SolidBegin names an operation that does not exist: what stands in the block is drawn as it is. Or solids stand "

@@ -1,6 +1,7 @@
 #include <ImathMatrixAlgo.h>
 #include <ImathQuat.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "rib/interpreter.h"
@@ -117,8 +118,15 @@ bool Interpreter::matrixOf(const Request& request, Matrix& m, bool& replaces) {
     const double between = std::acos(std::max(-1.0, std::min(1.0, d1.dot(d2))));
     const double angle = v[0] * kRadians, rest = between - angle;
     V3d ortho = d1 - d2 * d1.dot(d2);  // the part of d1 across d2
-    if (!(ortho.length() > 1e-9) || !(std::sin(rest) > 1e-9)) {
+    if (!std::all_of(v, v + 7, [](double x) { return std::isfinite(x); })) {
       m[0][0] = NAN;
+    } else if (!(ortho.length() > 1e-9) || !(std::sin(rest) > 1e-9)) {
+      if (v[0] == 0) return true;
+      report(Severity::Error, "RIB-TRANSFORM", r.pos,
+             !(ortho.length() > 1e-9) ? "Skew has no two directions: one is (0 0 0), or both are along one line"
+                                      : "Skew leans its direction up to the other one or beyond",
+             "the identity is used",
+             "behind the angle stand the direction that leans and the one along which it does");
     } else {
       ortho.normalize();
       // d1 = cos(between) d2 + sin(between) ortho becomes, at the same height over d2, of angle `rest` to it
