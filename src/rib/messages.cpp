@@ -153,7 +153,7 @@ constexpr Explanation kExplanations[] = {
      "known, "
      "or a string where that takes a number (or the other way round), or Hider \"raytrace\" has a parameter that "
      "nobody "
-     "knows. It is kept in the scene description, where "
+     "knows, or an order of buckets does not exist. It is kept in the scene description, where "
      "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of "
      "one's "
      "own are no mistake; put them into the group \"user\"."},
