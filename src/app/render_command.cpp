@@ -444,6 +444,10 @@ class RenderRun {
   int replay(render::Renderer& renderer) {
     const auto [x, y, sample] = *options_.onlySample;
     if (renderer.replay(x, y, sample, [](const std::string& line) { fmt::print("{}\n", line); })) return kComplete;
+    if (isStopped()) {
+      diagnostics_.warning("APP-STOPPED", {}, "stopped while the sample was followed", "nothing is printed of it");
+      return kInterrupted;
+    }
     return badCommandLine(diagnostics_, fmt::format("there is no sample {} at pixel {},{}", sample, x, y));
   }
 

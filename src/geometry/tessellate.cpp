@@ -60,8 +60,9 @@ bool make(const scene::Primitive& p, const DiceRate& rate, Diagnostics& d, Mesh&
     return makeNamedShape(p, *q, rate, d, mesh);
   if (const auto* q = std::get_if<scene::OtherPrimitive>(&p.shape); q && q->request == "Volume")
     return makeVolume(p, *q, d, mesh);
-  // The code holds the kind, so that a thousand of one do not hide the first of another.
   const std::string kind = laterKind(p.shape);
+  if (kind.starts_with("Procedural")) return false;  // whoever read it knows why it was not expanded, and has said so
+  // The code holds the kind, so that a thousand of one do not hide the first of another.
   std::string code = "GEOM-NOT-RENDERED-YET-";
   for (char c : kind) code += c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
   d.warning(code, p.pos, kind + " is not rendered yet (" + subject(p) + ")", "the primitive is left out");

@@ -10,6 +10,7 @@
 
 #include "render/frame_parts.h"
 #include "simd/dispatch.h"
+#include "trace/geometry_cache.h"
 
 namespace kinora::render {
 
@@ -58,7 +59,7 @@ class Frame::RayLoop final : public Hider {
       n = 0;
     };
     w.begin(size, StageKind::CameraPaths);
-    for (uint64_t path = 0; path < paths;) {
+    for (uint64_t path = 0; path < paths && !frame_.isCutShort_;) {
       const uint64_t end = std::min(path + kPathsOfBlock, paths);
       if (!groups.next()) {
         path = end;
@@ -77,7 +78,7 @@ class Frame::RayLoop final : public Hider {
         w.begin(size, StageKind::CameraPaths);
       }
     }
-    if (n) run();
+    if (n && !frame_.isCutShort_) run();
   }
 
  private:
@@ -230,7 +231,7 @@ bool Frame::parallel(const std::function<bool(size_t worker)>& next) {
   const auto body = [&](size_t t) {
     setThreadFloatMode();
     while (next(t)) {
-      if (in_.stop && in_.stop->load(std::memory_order_relaxed)) {
+      if (isCutShort_ || (in_.stop && in_.stop->load(std::memory_order_relaxed))) {
         stopped = true;
         break;
       }
@@ -267,7 +268,12 @@ bool Frame::Groups::next() {
 }
 
 bool Frame::keep(Worker& w, uint64_t item, uint32_t first, uint32_t last) {
-  if (w.keepTry()) return true;
+  const bool isKept = w.keepTry();
+  if (trace::GeometryCache::wasCutShort()) {
+    isCutShort_ = true;
+    return false;
+  }
+  if (isKept) return true;
   void_[w.index].push_back({item, first, last, {w.metUnread(), {}, last - first < 2}});
   return false;
 }
@@ -390,7 +396,7 @@ bool Frame::teach(const Lesson& lesson) {
           if (!learned_->teaches(x0, y0, sample)) continue;
           const ActivePixels::Mask done = lesson.done ? lesson.done->activeIn(x0, y0) : ActivePixels::Mask(0);
           if (done == ActivePixels::kAll) continue;
-          if (!groups.next()) continue;
+          if (isCutShort_ || !groups.next()) continue;
           ActivePixels::forEach(ActivePixels::Mask(~done), x0, y0,
                                 [&](int x, int y) { addPath(s, x, y, sample, n); });
           if (groups.isFull()) {
@@ -398,7 +404,7 @@ bool Frame::teach(const Lesson& lesson) {
             w.begin(in_.groupSize, StageKind::CameraPaths);
           }
         }
-    if (n) run();
+    if (n && !isCutShort_) run();
   });
   teaches_ = false;
   return isDone;
@@ -451,7 +457,7 @@ bool Frame::renderPass(int first, int last) {
       stopped = !forEachItem(items * uint64_t(last - first), [&](Worker& w, uint64_t i) {
         const uint64_t from = (i % items) * perItem, to = std::min(from + perItem, paths);
         Groups groups(*this, i, in_.groupSize / kPathsOfBlock);
-        for (uint64_t block = from; block < to; block += kPathsOfBlock) {
+        for (uint64_t block = from; block < to && !isCutShort_; block += kPathsOfBlock) {
           if (!groups.next() || !(groups.isFull() || block + kPathsOfBlock >= to)) continue;
           const uint64_t begin = from + groups.first() * kPathsOfBlock;
           w.beginTry();

@@ -156,9 +156,10 @@ class Frame {
   std::unique_ptr<PassStore> store_;       // null: the integrator keeps no records
   std::unique_ptr<LearnedState> learned_;
   bool learnsAsWanted_ = true;
-  bool teaches_ = false;         // paths of the groups that are rendered now may teach
-  int taughtTo_ = 0;             // samples below this have taught, or are among the lessons owed
-  std::vector<Lesson> lessons_;  // owed before the epoch ends
+  std::atomic<bool> isCutShort_{false};  // a group was dropped since the renderer is stopping; no further one counts
+  bool teaches_ = false;                 // paths of the groups that are rendered now may teach
+  int taughtTo_ = 0;                     // samples below this have taught, or are among the lessons owed
+  std::vector<Lesson> lessons_;          // owed before the epoch ends
 };
 
 }  // namespace kinora::render

@@ -6,6 +6,7 @@
 #include "render/frame_parts.h"
 #include "render/shutter.h"
 #include "sampling/draw.h"
+#include "trace/geometry_cache.h"
 
 namespace kinora::render {
 
@@ -134,6 +135,10 @@ void Frame::cameraGroup(Worker& w, uint32_t count, uint32_t stage) {
 
 // Records become pixels.
 void Frame::retire(Worker& w, uint32_t count) {
+  if (trace::GeometryCache::wasCutShort()) {  // of hiders that do not ask keep()
+    isCutShort_ = true;
+    return;
+  }
   shade::GroupState& s = w.state();
   const uint64_t start = now();
   if (in_.sampleFilters) in_.sampleFilters->run(count, s.pixelX(), s.pixelY(), w.records());

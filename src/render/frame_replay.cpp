@@ -6,6 +6,7 @@
 #include "render/frame_parts.h"
 #include "sampling/draw.h"
 #include "simd/dispatch.h"
+#include "trace/geometry_cache.h"
 
 namespace kinora::render {
 
@@ -28,7 +29,9 @@ bool Frame::replayEarlierStages(int sample, uint32_t& camera) {
         for (WaitingGroup waiting;;) {
           workers_[0]->beginTry();
           lightPaths(*workers_[0], from, uint32_t(std::min<uint64_t>(in_.groupSize, paths - from)), k, s);
-          if (workers_[0]->keepTry()) break;
+          const bool isKept = workers_[0]->keepTry();
+          if (trace::GeometryCache::wasCutShort()) return false;
+          if (isKept) break;
           if (!readMet(waiting, *workers_[0])) return false;
         }
     endStage(s, first, last);
@@ -69,7 +72,9 @@ Frame::Replayed Frame::replayOnce(int x, int y, int sample, const std::function<
   w.print = print;
   functions_->integrate(in_.integratorData, stage, &s.group(), &w.services());
   w.print = {};
-  if (!w.keepTry()) return Replayed::Void;
+  const bool isKept = w.keepTry();
+  if (trace::GeometryCache::wasCutShort()) return Replayed::Failed;
+  if (!isKept) return Replayed::Void;
   if (in_.sampleFilters) in_.sampleFilters->run(16, s.pixelX(), s.pixelY(), w.records());
   char line[256];
   for (size_t i = 0; i < in_.plan->sources.size(); ++i) {

@@ -565,6 +565,10 @@ const Tessellation* LevelledSurface::held(uint32_t patch, int level, int kind,
     countFound(setup_.counters->found);
     return t;
   }
+  if (setup_.cache->isStopping()) {  // a group has hundreds of rays, each of which may want several patches
+    trace::GeometryCache::wasCutShort() = true;
+    return nullptr;
+  }
   reading.leave();
   Tessellation::Ptr made = dice(patch, level);
   setup_.counters->micropolygons[level][kind].fetch_add(uint64_t(1) << (made->eu() + made->ev()),
@@ -669,7 +673,7 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
       return false;
     }
     const Tessellation* t = held(patch, c.level, kindOf(ray.mask), reading);
-    if (!t->intersect(gridRay, c.steps, &h)) return false;
+    if (!t || !t->intersect(gridRay, c.steps, &h)) return false;
   }
   hit->t = h.t;
   const bool isFirst = h.u >= h.v;
@@ -681,6 +685,26 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
   return true;
 }
 
+// Of the surface that is not displaced: numbers that shading can live with, for paths that are dropped.
+void LevelledSurface::flatFacet(uint32_t patch, float x, float y, trace::UserFacet& f) const {
+  f.u = std::clamp(x, 0.f, 1.f);
+  f.v = std::clamp(y, 0.f, 1.f);
+  f.isSecond = f.v > f.u;
+  f.b1 = f.isSecond ? f.u : f.u - f.v;
+  f.b2 = f.isSecond ? f.v - f.u : f.v;
+  f.steps[0] = f.steps[1] = 1;
+  f.radius = INFINITY;
+  static constexpr uint16_t kX[4] = {0, 1, 1, 0}, kY[4] = {0, 0, 1, 1};
+  for (int c = 0; c < 4; ++c) {
+    const Patches::Place corner{patch, uint16_t(kX[c] * kUnit), uint16_t(kY[c] * kUnit)};
+    const V3d p = basePoint(corner), n = baseNormal(corner);
+    for (int a = 0; a < 3; ++a) {
+      f.P[c][a] = float(p[a]);
+      f.N[c][a] = float(n[a]);
+    }
+  }
+}
+
 void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32_t* level, const float* u,
                              const float* v, const float* time, trace::UserFacet* out) const {
   for (uint32_t k = 0; k < n; ++k) {
@@ -690,7 +714,12 @@ void LevelledSurface::facets(uint32_t n, const uint32_t* primitive, const uint32
     const bool isFirst = primitive[k] % 2 == 0;
     const float x = isFirst ? u[k] + v[k] : u[k], y = isFirst ? v[k] : u[k] + v[k];
     trace::GeometryCache::Reading reading;
-    const Tessellation& t = *held(patch, of, 1, reading);
+    const Tessellation* const found = held(patch, of, 1, reading);
+    if (!found) {
+      flatFacet(patch, x, y, f);
+      continue;
+    }
+    const Tessellation& t = *found;
     const float nu = float(1u << t.eu()), nv = float(1u << t.ev());
     const float i = std::clamp(std::floor(x * nu), 0.f, nu - 1), j = std::clamp(std::floor(y * nv), 0.f, nv - 1);
     f.u = std::clamp(x * nu - i, 0.f, 1.f);

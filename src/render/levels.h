@@ -89,7 +89,9 @@ class LevelledSurface final : public trace::UserGeometry {
   trace::GeometryCache::Slot& slot(uint32_t patch, int level) const {
     return slots_[firstSlot_[patch] + uint32_t(level)];
   }
+  // Null: it is not there, and the renderer is stopping; see GeometryCache::wasCutShort().
   const trace::Tessellation* held(uint32_t patch, int level, int kind, trace::GeometryCache::Reading& reading) const;
+  void flatFacet(uint32_t patch, float x, float y, trace::UserFacet& f) const;
   trace::Tessellation::Ptr dice(uint32_t patch, int level) const;
   // Where the points of a grid go to at the workspace's key; with the points around it, from which normals follow, where
   // `isAround`.

@@ -325,8 +325,21 @@ class Overrides {
       l.node = changed(l.node, p);
       isSet = true;
     });
-    if (!isSet && !isRefused)
-      unknown("light", name, areThere ? "none of the scene's lights" : "a scene without lights", known);
+    if (isSet || isRefused) return;
+    // lights of archives are known by now, those of programs never
+    if (!areThere && waitsForPrograms())
+      return refuse(
+          "--set light." + name + ": the scene has no lights",
+          "lights that a program says are left out; Attribute \"procedural\" \"int immediatesubdivide\" [1] "
+          "before it runs it with the scene, lights and all");
+    unknown("light", name, areThere ? "none of the scene's lights" : "a scene without lights", known);
+  }
+  bool waitsForPrograms() const {
+    return std::any_of(scene_.primitives.begin(), scene_.primitives.end(), [](const scene::PrimitivePtr& p) {
+      const auto* other = std::get_if<scene::OtherPrimitive>(&p->shape);
+      return other && other->request.starts_with("Procedural") && other->args.find("around") &&  // it is run later
+             other->args.getString("type", "") != "DelayedReadArchive";
+    });
   }
 
   void setDisplays(const std::string& name, const std::string& value) {

@@ -172,6 +172,7 @@ struct Renderer::Impl {
         !settings.bucketOrder.empty() ? settings.bucketOrder : scene.options.getString("bucket:order", "horizontal");
     in.jitter = hasJitter(scene);
     in.stop = renderTime ? renderTime->stop() : settings.stop;
+    builder.stopDicingBy(in.stop);
     in.rayListener = settings.rayListener;
     in.readMet = [this](std::vector<WaitingGroup*>& groups) {
       return world.readFor(groups, frame->store() != nullptr);
@@ -429,6 +430,7 @@ Outcome Renderer::Impl::run(bool write, const Listener& progress) {
     if (hider && !world.readAll()) return Outcome::Interrupted;  // it may look at objects in other ways
     beginSamples();
     const Ended ended = takeSamples(write, progress);
+    builder.stopDicingBy(settings.stop);
     renderTime.reset();
     tellOfFrame(ended == Ended::Complete);
     return finish(write, ended);

@@ -9,6 +9,7 @@
 #include "render/marked_channels.h"
 #include "render/surface_channels.h"
 #include "shade/tees.h"
+#include "trace/geometry_cache.h"
 
 namespace kinora::render {
 
@@ -323,6 +324,7 @@ void Worker::scatterInMedia(bool scatters) {
 }
 
 void Worker::begin(uint32_t count, StageKind stage) {
+  trace::GeometryCache::wasCutShort() = false;
   state_.begin(count, stage);
   emitted_.clear();
   state_.group().host = this;

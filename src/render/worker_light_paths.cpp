@@ -4,6 +4,7 @@
 
 #include "render/services.h"
 #include "sampling/draw.h"
+#include "trace/geometry_cache.h"
 
 namespace kinora::render {
 
@@ -115,6 +116,7 @@ void Worker::connectCamera(const Context* c, CameraConnection* out) {
 
 void Worker::splat(uint32_t n, const float* const raster[2], const float* const value[3], const uint32_t* state,
                    const uint32_t* light) {
+  if (trace::GeometryCache::wasCutShort()) return;  // what was in the way is not known
   Arena& arena = state_.arena();
   const ArenaScope memory(arena);
   int32_t *px = arena.make<int32_t>(padded(n)), *py = arena.make<int32_t>(padded(n));

@@ -71,6 +71,8 @@ class WorldBuilder {
 
   // What rays have asked for so far of surfaces that are diced on demand.
   void countLevels(Statistics& statistics) const;
+  // See GeometryCache::setStop().
+  void stopDicingBy(const std::atomic<bool>* stop) { displacement_.cache().setStop(stop); }
   void countVolumes(Statistics& statistics) const;
 
   const CameraState& camera() const { return camera_; }

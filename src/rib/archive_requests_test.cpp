@@ -53,7 +53,7 @@ TEST(Programs, AreRunWhereThatIsAllowed) {
   const std::string touch =
       "Procedural \"RunProgram\" [\"touch " + file + "\" \"\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360";
   const Read without = readWorld(touch);
-  expectMessage(without, "RIB-KEPT-PROGRAM", 2);
+  expectMessage(without, "ASSET-PROGRAM-REFUSED", 2);
   EXPECT_EQ(without.world().primitives.size(), 2u) << "it is kept, for whoever writes the scene again";
   EXPECT_FALSE(std::filesystem::exists(file)) << "it was run all the same";
   ReadOptions allowed;
@@ -95,7 +95,7 @@ TEST(Programs, OfProcedural2AreRunByTheirParameters) {
       EXPECT_EQ(disk.args[0], 7);
       EXPECT_EQ(disk.args[1], 2);
     }
-    expectMessage(readWorld(request), "RIB-KEPT-PROGRAM", 2);
+    expectMessage(readWorld(request), "ASSET-PROGRAM-REFUSED", 2);
   }
   const Read nameless = readWorld("Procedural2 \"RunProgram2\" \"SimpleBound\" \"string data\" [\"2\"]", allowed);
   EXPECT_EQ(nameless.count("RIB-ARGUMENTS"), 1u) << nameless.all();
@@ -127,8 +127,30 @@ TEST(Programs, OfProcedural2WaitWhereTheyHaveABound) {
         "\"RunProgram2\" \"SimpleBound\" \"string filename\" [\"/nowhere/at/all\"] \"int __immediatesubdivide\" [1]" +
             bound}) {
     const Read r = readWorld("Procedural2 " + request + "\nSphere 1 -1 1 360", options);
-    EXPECT_EQ(r.count("RIB-PROGRAM"), 1u) << request << r.all();
+    EXPECT_EQ(r.count("ASSET-PROGRAM"), 1u) << request << r.all();
     EXPECT_EQ(r.world().primitives.size(), 1u) << request;
+  }
+}
+
+// One message each, of a family that --strict counts, whether the kind is unknown or may not be run.
+TEST(Procedurals, ThatAreLeftOutAreToldOnceAndCountAsAssets) {
+  const std::pair<const char*, const char*> requests[] = {
+      {"Procedural \"Foo\" [\"x\"] [-1 1 -1 1 -1 1]", "PLUGIN-PROCEDURAL"},
+      {"Procedural2 \"Foo2\" \"SimpleBound\" \"string filename\" [\"x\"]", "PLUGIN-PROCEDURAL"},
+      {"Procedural2 \"\" \"\"", "PLUGIN-PROCEDURAL"},
+      {"Procedural \"RunProgram2\" [\"x\"] [-1 1 -1 1 -1 1]", "PLUGIN-PROCEDURAL"},
+      {"Procedural \"RunProgram\" [\"x\"] [-1 1 -1 1 -1 1]", "ASSET-PROGRAM-REFUSED"},
+      {"Procedural \"DynamicLoad\" [\"x\"] [-1 1 -1 1 -1 1]", "ASSET-PROGRAM-REFUSED"},
+      {"Procedural2 \"RunProgram2\" \"SimpleBound\" \"string filename\" [\"x\"]", "ASSET-PROGRAM-REFUSED"},
+      {"Procedural2 \"DynamicLoad2\" \"SimpleBound\" \"string dsoname\" [\"x\"]", "ASSET-PROGRAM-REFUSED"}};
+  for (const auto& [request, code] : requests) {
+    Diagnostics said([](const std::string&, Severity) {});
+    RibReader reader(said, {}, [](scene::Scene&&) {});
+    reader.readString("t.rib", "WorldBegin\n" + std::string(request) + "\nWorldEnd\n");
+    EXPECT_EQ(said.assetProblems(), 1u) << request;
+    ASSERT_EQ(said.messages().size(), 1u) << request;
+    EXPECT_EQ(said.messages()[0].code, code) << request;
+    EXPECT_EQ(said.messages()[0].pos.line, 2u) << request;
   }
 }
 
@@ -141,7 +163,7 @@ TEST(Programs, ThatFailAreLeftOut) {
     const Read r = readWorld(
         "Procedural \"RunProgram\" [\"" + std::string(command) + "\" \"x\"] [0 1 0 1 0 1]\nSphere 2 -2 2 360",
         allowed);
-    EXPECT_EQ(r.count("RIB-PROGRAM"), 1u) << command << "\n" << r.all();
+    EXPECT_EQ(r.count("ASSET-PROGRAM"), 1u) << command << "\n" << r.all();
     EXPECT_EQ(r.world().primitives.size(), 1u) << command;
     EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 20) << command;
   }

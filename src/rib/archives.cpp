@@ -154,7 +154,7 @@ void Interpreter::readProgram(const Delayed& what, const Request& r) {
     std::string file = findArchive(command, from);
     if (file.empty()) file = findArchive(command + ".so", from);
     if (file.empty()) {
-      report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " is not found", "it is left out",
+      report(Severity::Warning, "ASSET-PROGRAM", r.pos, name + " is not found", "it is left out",
              "give its folder by --search-path procedural=DIR or Option \"searchpath\" \"procedural\"");
       return;
     }
@@ -182,7 +182,7 @@ void Interpreter::readProgram(const Delayed& what, const Request& r) {
                                                         : what.parameters;
   std::optional<std::string> text = runProgram(words, request, limits, why);
   if (!text) {
-    report(Severity::Warning, "RIB-PROGRAM", r.pos, name + " gives nothing: " + why, "it is left out");
+    report(Severity::Warning, "ASSET-PROGRAM", r.pos, name + " gives nothing: " + why, "it is left out");
     return;
   }
   if (!ancestors_.empty()) {

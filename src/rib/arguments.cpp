@@ -160,26 +160,39 @@ std::optional<Declaration> Interpreter::guess(const Request& r, const std::strin
 }
 
 bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Parameter& p, Use use) {
-  const auto drop = [&](const char* code, std::string what) {
-    report(Severity::Error, code, p.pos, "\"" + d.name + "\" of " + r.name + " " + what, "the parameter is ignored");
+  const auto drop = [&](const char* code, std::string what, std::string advice = {}) {
+    report(Severity::Error, code, p.pos, "\"" + d.name + "\" of " + r.name + " " + what, "the parameter is ignored",
+           std::move(advice));
     return false;
   };
+  const bool isAnyLength = d.arrayLength == 0;
+  if (isAnyLength) p.arrayLength = 1;
   const bool wantsStrings = d.isReference || d.type == ValueType::String || d.type >= ValueType::Bxdf;
   const bool isStrings = a.kind == Argument::Kind::Strings;
   if (a.size() == 0) {
     if (r.name == "Volume") return true;  // a field that the volume's own file holds is declared without values
+    if (isAnyLength) return false;        // the empty array of exporters that list every parameter: its default holds
     return drop("RIB-ARRAY-LENGTH", "has no value");
   }
   if (wantsStrings != isStrings)
     return drop("RIB-TYPE",
                 std::string("is declared ") + nameOf(d.type) + " and given " + (isStrings ? "strings" : "numbers"));
   const size_t components = wantsStrings ? 1 : size_t(componentsOf(d.type));
-  const size_t element = components * size_t(d.arrayLength), given = a.size();
+  const size_t element = components * size_t(p.arrayLength), given = a.size();
+  const std::string length = d.isArray ? "[" + (isAnyLength ? "" : std::to_string(d.arrayLength)) + "]" : "";
   if (given % element != 0)
-    return drop("RIB-ARRAY-LENGTH", "has " + std::to_string(given) + " values; " + nameOf(d.type) +
-                                        (d.isArray ? "[" + std::to_string(d.arrayLength) + "]" : "") + " takes " +
-                                        (use == Use::Primitive ? "multiples of " : "") + std::to_string(element));
-  if (use != Use::Primitive && given > element) {
+    return drop("RIB-ARRAY-LENGTH", "has " + std::to_string(given) + " values; " + nameOf(d.type) + length +
+                                        " takes " + (use == Use::Primitive || isAnyLength ? "multiples of " : "") +
+                                        std::to_string(element));
+  if (isAnyLength) {
+    if (use == Use::Primitive && p.storage != StorageClass::Constant)
+      return drop(
+          "RIB-DECLARATION",
+          std::string("is declared ") + nameOf(d.type) + "[]: how many of its values are one element's is not said",
+          std::string("write the number of each, as in \"") + nameOf(p.storage) + " " + nameOf(d.type) + "[2] " +
+              d.name.substr(0, 60) + "\"");
+    p.arrayLength = int(std::min<size_t>(given / components, INT_MAX));
+  } else if (use != Use::Primitive && given > element) {
     p.isArray = true;
     p.arrayLength = int(std::min<size_t>(given / components, INT_MAX));
     report(Severity::Warning, "RIB-ARRAY-LENGTH", p.pos,
@@ -196,13 +209,19 @@ bool Interpreter::convert(Request& r, Argument& a, const Declaration& d, Paramet
       p.ints = takeValues(a.ints);
       return true;
     }
-    bool whole = true;
+    bool whole = true, fits = true;
     p.ints.edit().reserve(a.floats.size());
     for (float f : a.floats) {
       whole &= f == std::floor(f);
+      fits &= std::abs(f) <= 0x1p31f;  // the least is -2^31; what is said beyond the most is 2^31 as a float
       p.ints.push_back(toInt(f));
     }
-    if (!whole)
+    for (size_t i = 0; i < a.exact.size(); ++i) fits &= a.exact[i] >= INT_MIN && a.exact[i] <= INT_MAX;
+    if (!fits)
+      report(Severity::Warning, "RIB-TYPE", p.pos,
+             "\"" + d.name + "\" of " + r.name + " is an integer and given numbers beyond 2147483647, or nan",
+             "the nearest integer, and 0, are used");
+    else if (!whole)
       report(Severity::Warning, "RIB-TYPE", p.pos,
              "\"" + d.name + "\" of " + r.name + " is an integer and given fractions", "the fractions are cut off");
     return true;

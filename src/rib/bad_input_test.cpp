@@ -162,6 +162,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRequest{"ArchiveInItself", "ArchiveBegin \"a\"\nReadArchive \"a\"\nArchiveEnd\nReadArchive \"a\"",
                    "RIB-RECURSION", 3, 0},
         BadRequest{"OptionInWorld", "Format 10 10 1", "RIB-OPTION-IN-WORLD", 2, 0},
+        BadRequest{"IntegerTooLarge", "Attribute \"identifier\" \"int id\" [4294967295]", "RIB-TYPE", 2, 0},
         BadRequest{"IntegerFraction", "Attribute \"visibility\" \"int camera\" [0.5]", "RIB-TYPE", 2, 0},
         BadRequest{"AttributeType", "Attribute \"identifier\" \"string name\" [5]", "RIB-TYPE", 2, 0},
         BadRequest{"NodeArrayTooLong", "Pattern \"P\" \"p\" \"color c\" [1 2 3 4 5 6]", "RIB-ARRAY-LENGTH", 2, 0},
@@ -176,6 +177,10 @@ INSTANTIATE_TEST_SUITE_P(
                    "Pattern \"P\" \"p\" \"reference color c\" [\"p:out\"]\nBxdf \"B\" \"b\" \"reference color c\" "
                    "[\"p:out\"]",
                    "RIB-CYCLE", 2, 0},
+        BadRequest{"DeclareOfADeclaration", "Declare \"varying float x\" \"int\"", "RIB-DECLARATION", 2, 0},
+        BadRequest{"DeclareWithoutName", "Declare \"\" \"int\"", "RIB-DECLARATION", 2, 0},
+        BadRequest{"SkewAlongOneLine", "Skew 30 0 1 0 0 2 0", "RIB-TRANSFORM", 2, 0},
+        BadRequest{"SkewTooFar", "Skew 100 0 1 0 1 0 0", "RIB-TRANSFORM", 2, 0},
         BadRequest{"Declare", "Declare \"x\" \"no such type\"", "RIB-DECLARATION", 2, 0},
         BadRequest{"Basis", "Basis \"fnord\" 3 \"bezier\" 3", "RIB-ARGUMENTS", 2, 0},
         BadRequest{"NoP", "Points", "RIB-MISSING-P", 2, 0}),
@@ -309,6 +314,41 @@ Read readFile(const std::string& file, ReadOptions options = {}) {
   reader.finish();
   out.messages = messages.messages();
   return out;
+}
+
+// What keeps requests waiting for its end would take the rest of the scene with it.
+TEST(Archives, WhatTheyLeaveOpenEndsWithThem) {
+  const Folder f;
+  f.write("ball.rib", "Sphere 2 -2 2 360\n");
+  const std::pair<const char*, size_t> open[] = {{"ArchiveBegin \"in\"\nSphere 1 -1 1 360\n", 1},
+                                                 {"MotionBegin [0 1]\nTranslate 0 0 1\n", 1},
+                                                 {"MotionBegin [0 1]\nReadArchive \"ball.rib\"\n", 2},
+                                                 {"EditBegin \"attribute\"\nSphere 1 -1 1 360\n", 1},
+                                                 {"IfBegin \"0\"\nSphere 1 -1 1 360\n", 1}};
+  for (const auto& [text, count] : open) {
+    f.write("open.rib", text);
+    const Read r =
+        readFile(f.write("main.rib", "WorldBegin\nReadArchive \"open.rib\"\nSphere 7 -7 7 360\nWorldEnd\n"));
+    ASSERT_EQ(r.count("RIB-NESTING"), 1u) << text << r.all();
+    EXPECT_EQ(*r.find("RIB-NESTING")->pos.file, f.path("open.rib")) << text;
+    EXPECT_EQ(r.find("RIB-NESTING")->pos.line, 1u) << text;
+    ASSERT_EQ(r.world().primitives.size(), count) << text << r.all();
+    EXPECT_EQ(std::get<Quadric>(r.world().primitives.back()->shape).args[0], 7) << text;
+  }
+  // nor do they end, or turn round, conditions around them
+  for (const char* text : {"IfEnd\n", "Else\n", "ElseIf \"1\"\n"}) {
+    f.write("end.rib", text);
+    const Read r = readFile(f.write("main.rib",
+                                    "WorldBegin\nIfBegin \"1\"\nReadArchive \"end.rib\"\nSphere 7 -7 7 360\n"
+                                    "Else\nSphere 1 -1 1 360\nIfEnd\nWorldEnd\n"));
+    EXPECT_EQ(r.count("RIB-NESTING"), 1u) << text << r.all();
+    ASSERT_EQ(r.world().primitives.size(), 1u) << text << r.all();
+    EXPECT_EQ(std::get<Quadric>(r.primitive().shape).args[0], 7) << text;
+  }
+  // blocks that the scene closes are told by their own file
+  f.write("open.rib", "\nAttributeBegin\n");
+  const Read r = readFile(f.write("main.rib", "WorldBegin\nReadArchive \"open.rib\"\nWorldEnd\n"));
+  EXPECT_NE(r.all().find("open.rib:2 is still open"), std::string::npos) << r.all();
 }
 
 TEST(Archives, AreFoundAsNamedBesideAlongThePathAndByBaseName) {

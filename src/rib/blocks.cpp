@@ -77,11 +77,14 @@ void Interpreter::close(BlockKind kind, const Request& r) {
     report(Severity::Error, "RIB-NESTING", r.pos, r.name + " closes nothing", "it is ignored");
     return;
   }
-  if (at < blocks_.size())
+  if (at < blocks_.size()) {
+    const SourcePos& begin = blocks_.back().pos;
+    const bool isElsewhere = begin.file && (!r.pos.file || *begin.file != *r.pos.file);
     report(Severity::Error, "RIB-NESTING", r.pos,
-           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of line " +
-               std::to_string(blocks_.back().pos.line) + " is still open at " + r.name,
+           std::string(kBlockNames[int(blocks_.back().kind)]) + "Begin of " +
+               (isElsewhere ? begin.str() : "line " + std::to_string(begin.line)) + " is still open at " + r.name,
            "it is closed here");
+  }
   while (blocks_.size() >= at) leave();
 }
 
@@ -95,6 +98,10 @@ void Interpreter::declareRequest(Request& r) {
   Cursor c(r);
   std::string name, text;
   if (!c.string(name) || !c.string(text)) return badArguments(r, "a name and a declaration");
+  if (name.empty() || Declarations::parse(name, true))
+    return report(Severity::Error, "RIB-DECLARATION", r.pos,
+                  "Declare is given \"" + name.substr(0, 60) + "\" as a name", "the request is ignored",
+                  "the type stands in its second argument alone");
   if (!declarations_.declare(name, text))
     report(Severity::Error, "RIB-DECLARATION", r.pos, "\"" + text.substr(0, 60) + "\" is not a declaration",
            "\"" + name.substr(0, 60) + "\" stays undeclared",
@@ -178,9 +185,32 @@ void Interpreter::worldBegin(Request& r) {
   spaces["world"] = scene::Transform();
   spaces["camera"] = cameraToWorld;
   for (const auto& [name, toCamera] : frame_.cameraSpaces) spaces[name] = concat(toCamera, cameraToWorld);
-  for (scene::Light l : frame_.cameraLights) {
+  // What was said before stands in camera space. Patterns find systems of scopes by name alone, as in the world.
+  const auto spacesToWorld = [&](const scene::Attributes& a) {
+    auto scoped = std::make_shared<std::map<std::string, scene::Transform>>(*a.coordinateSystems);
+    for (auto& [name, space] : *scoped) {
+      space = concat(space, cameraToWorld);
+      if (spaces.try_emplace(name, space).second) onlyScoped_.insert(name);
+    }
+    return scoped;
+  };
+  const auto lightToWorld = [&](scene::Light& l) {
     l.toWorld = concat(l.toWorld, cameraToWorld);
     for (scene::Transform& filter : l.filterToWorld) filter = concat(filter, cameraToWorld);
+    if (!l.attributes || !l.attributes->coordinateSystems) return;
+    auto own = std::make_shared<scene::Attributes>(*l.attributes);
+    own->coordinateSystems = spacesToWorld(*l.attributes);
+    l.attributes = std::move(own);
+  };
+  if (state_.attributes->coordinateSystems) edit().coordinateSystems = spacesToWorld(*state_.attributes);
+  for (LightFilter& f : state_.lightFilters) f.toWorld = concat(f.toWorld, cameraToWorld);
+  if (state_.emitter) {
+    auto own = std::make_shared<scene::Light>(*state_.emitter);
+    lightToWorld(*own);
+    state_.emitter = std::move(own);
+  }
+  for (scene::Light l : frame_.cameraLights) {
+    lightToWorld(l);
     (l.node->kind == "Light" ? world_->lights : world_->classicLights).push_back(std::move(l));
   }
   state_.ctm = scene::Transform();
@@ -504,10 +534,16 @@ void Interpreter::ifBegin(Request& r) {
   conditions_.push_back(c);
 }
 
+// Whether one is open that what is read now began: an archive leaves those around it alone, as its own end with it.
+bool Interpreter::hasOwnCondition() const {
+  const size_t around = sources_.size() > 1 ? sources_.back().conditions : 0;
+  return conditions_.size() > around;
+}
+
 // The block whose next part begins with this request, the part before being over. Null: there is none.
 Interpreter::Condition* Interpreter::endPart(Request& r, const std::string& name) {
   if (unopenedIfs_ > 0) return nullptr;
-  if (conditions_.empty()) {
+  if (!hasOwnCondition()) {
     report(Severity::Error, "RIB-NESTING", r.pos, name + " without IfBegin", "it is ignored");
     return nullptr;
   }
@@ -537,7 +573,7 @@ void Interpreter::ifEnd(Request& r) {
     --unopenedIfs_;
     return;
   }
-  if (conditions_.empty())
+  if (!hasOwnCondition())
     return report(Severity::Error, "RIB-NESTING", r.pos, "IfEnd without IfBegin", "it is ignored");
   inactive_ -= !conditions_.back().active;
   conditions_.pop_back();
@@ -547,6 +583,7 @@ void Interpreter::ifEnd(Request& r) {
 void Interpreter::editBegin(Request& r) {
   keep(r);
   inEdit_ = true;
+  editPos_ = r.pos;
 }
 void Interpreter::editEnd(Request& r) {
   if (!inEdit_) report(Severity::Warning, "RIB-NESTING", r.pos, "EditEnd closes nothing", "it is ignored");

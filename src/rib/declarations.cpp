@@ -117,10 +117,13 @@ std::optional<Declaration> Declarations::parse(std::string_view text, bool withN
   if (!text.empty() && text.front() == '[') {
     text.remove_prefix(1);
     while (!text.empty() && isSpace(text.front())) text.remove_prefix(1);
-    const auto r = std::from_chars(text.data(), text.data() + text.size(), d.arrayLength);
-    constexpr int kMostArray = 1 << 24;
-    if (r.ec != std::errc() || d.arrayLength < 1 || d.arrayLength > kMostArray) return std::nullopt;
-    text.remove_prefix(size_t(r.ptr - text.data()));
+    d.arrayLength = 0;
+    if (!text.empty() && text.front() != ']') {
+      const auto r = std::from_chars(text.data(), text.data() + text.size(), d.arrayLength);
+      constexpr int kMostArray = 1 << 24;
+      if (r.ec != std::errc() || d.arrayLength < 0 || d.arrayLength > kMostArray) return std::nullopt;
+      text.remove_prefix(size_t(r.ptr - text.data()));
+    }
     while (!text.empty() && isSpace(text.front())) text.remove_prefix(1);
     if (text.empty() || text.front() != ']') return std::nullopt;
     text.remove_prefix(1);

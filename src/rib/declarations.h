@@ -17,13 +17,13 @@ struct Declaration {
   bool hasStorage = false;  // a class was written
   bool isReference = false;
   bool isArray = false;
-  int arrayLength = 1;
+  int arrayLength = 1;  // 0, written type[] or type[0]: as many as it is given
 };
 
 class Declarations {
  public:
   Declarations();
-  // "[class] [reference] type[n]" for Declare; false when it is not one.
+  // "[class] [reference] type[n]" for Declare, n optional; false when it is not one.
   bool declare(const std::string& name, std::string_view declaration);
   // A token of a parameter list: inline, declared or predeclared; null when nothing says its type.
   const Declaration* find(const std::string& token);

@@ -239,6 +239,8 @@ void Interpreter::run() {
       dispatch(request_);
       continue;
     }
+    // first what this hands over now, which may be an archive
+    if (sources_.size() > 1 && closeWhatWaits("it ends with the archive")) continue;
     if (s.lexer) bytes_ += s.lexer->bytesRead();
     if (!s.anyRequest && s.lexer)
       report(sources_.size() + ancestors_.size() == 1 ? Severity::Error : Severity::Warning, "RIB-EMPTY",
@@ -277,6 +279,8 @@ void Interpreter::dispatch(Request& r) {
   if (inEdit_ && r.name != "EditEnd") {
     // an edit that is never closed must not swallow a world
     if (r.name != "WorldBegin" && r.name != "WorldEnd" && r.name != "EditBegin") return;
+    if (r.name != "EditBegin")
+      report(Severity::Error, "RIB-NESTING", editPos_, "EditBegin is not closed", "it ends before " + r.name);
     inEdit_ = false;
   }
   if (it == table().end()) {
@@ -369,35 +373,37 @@ std::optional<std::string> Interpreter::lookUp(std::string_view name) const {
   return attributeOnly ? std::nullopt : usualOption(asRequest);
 }
 
+// One that is left out: nobody after the reader says so again. The codes are of the families that --strict counts.
+void Interpreter::reportProcedural(const Request& r) {
+  const std::string kind = r.args[0].isString() ? r.args[0].strings[0].substr(0, 60) : std::string();
+  const bool isSecond = r.name == "Procedural2",
+             isObject = kind == "DynamicLoad" || (isSecond && kind == "DynamicLoad2");
+  if (!isObject && kind != "RunProgram" && !(isSecond && kind == "RunProgram2")) {
+    report(Severity::Warning, "PLUGIN-PROCEDURAL", r.pos, "no kind of " + r.name + " is called '" + kind + "'",
+           "what it would draw is left out; the request is kept in the scene description",
+           "there are DelayedReadArchive, RunProgram and DynamicLoad, of Procedural2 with a 2 at the end");
+    return;
+  }
+  // Procedural says which by its second argument, Procedural2 by a parameter
+  std::string which;
+  for (size_t k = 1; isSecond && k + 1 < r.count && which.empty(); ++k)
+    if (r.args[k].isString() && r.args[k].strings[0].ends_with(isObject ? "dsoname" : "filename") &&
+        !r.args[k + 1].strings.empty())
+      which = r.args[k + 1].strings[0];
+  if (!isSecond && r.count > 1 && !r.args[1].strings.empty()) which = r.args[1].strings[0];
+  report(Severity::Warning, "ASSET-PROGRAM-REFUSED", r.pos,
+         std::string(isObject ? "the shared object '" : "the program '") + which.substr(0, 200) + "' of a " + kind +
+             (isObject ? " is not loaded" : " is not run"),
+         "what it would draw is left out; the request is kept in the scene description",
+         read_.allowExec
+             ? "shared objects are run by kinora-procedural, which stands beside kinora"
+             : "--allow-exec lets scenes run programs and shared objects: only for scenes that you trust");
+}
+
 void Interpreter::reportKept(const Request& r) {
   // the shape of an area light is that of what stands in for the light, and not seen otherwise
   if (r.name == "Geometry" && state_.emitter && state_.emitter->node->kind == "AreaLightSource") return;
-  if (r.name.starts_with("Procedural") && r.count > 1 && r.args[0].isString()) {
-    const std::string& kind = r.args[0].strings[0];
-    const bool isObject = kind.starts_with("DynamicLoad");
-    // Procedural says which by its second argument, Procedural2 by a parameter
-    std::string which;
-    for (size_t k = 1; r.name == "Procedural2" && k + 1 < r.count && which.empty(); ++k)
-      if (r.args[k].isString() && r.args[k].strings[0].ends_with(isObject ? "dsoname" : "filename") &&
-          !r.args[k + 1].strings.empty())
-        which = r.args[k + 1].strings[0];
-    if (r.name == "Procedural" && !r.args[1].strings.empty()) which = r.args[1].strings[0];
-    which.resize(std::min<size_t>(which.size(), 200));
-    if (kind.starts_with("RunProgram")) {
-      report(Severity::Warning, "RIB-KEPT-PROGRAM", r.pos, "the program '" + which + "' is not run",
-             "it is kept in the scene description without effect",
-             "--allow-exec lets scenes run programs: only for scenes that you trust");
-      return;
-    }
-    if (isObject) {
-      if (!keptNames_.insert(r.name + " " + which).second) return;
-      report(Severity::Warning, r.name == "Procedural" ? "RIB-KEPT-PROCEDURAL" : "RIB-KEPT-PROCEDURAL2", r.pos,
-             "the shared object '" + which + "' of a " + kind.substr(0, 60) + " is not loaded",
-             "what it would draw is left out; the request is kept in the scene description",
-             "--allow-exec lets scenes run shared objects: only for scenes that you trust");
-      return;
-    }
-  }
+  if (r.name.starts_with("Procedural")) return reportProcedural(r);
   static constexpr std::string_view kShaders[] = {"Imager",   "Atmosphere", "Displacement",
                                                   "Interior", "Exterior",   "Deformation"};
   std::string who = r.name;
@@ -439,21 +445,30 @@ scene::Attributes& Interpreter::edit() {
   return *state_.attributes;
 }
 
-void Interpreter::closeAll(size_t blocksLeft) {
-  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
-                                       "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
+bool Interpreter::closeWhatWaits(const char* endsWith) {
+  const bool isAny = recording_ || inMotion_ || inEdit_;
   if (recording_) {
     report(Severity::Error, "RIB-NESTING", recordingPos_, "ArchiveBegin \"" + recordingName_ + "\" is not closed",
-           "it ends with the file");
-    inlineArchives_[recordingName_] = std::move(recording_);
-    recording_.reset();
+           endsWith);
+    Request end;
+    end.name = "ArchiveEnd";
+    archiveEnd(end);
   }
   if (inMotion_) {
-    report(Severity::Error, "RIB-NESTING", motionPos_, "MotionBegin is not closed", "it ends with the file");
+    report(Severity::Error, "RIB-NESTING", motionPos_, "MotionBegin is not closed", endsWith);
     Request end;
     end.name = "MotionEnd";
     motionEnd(end);
   }
+  if (inEdit_) report(Severity::Error, "RIB-NESTING", editPos_, "EditBegin is not closed", endsWith);
+  inEdit_ = false;
+  return isAny;
+}
+
+void Interpreter::closeAll(size_t blocksLeft) {
+  static const char* const kNames[] = {"AttributeBegin", "TransformBegin", "FrameBegin",   "WorldBegin",
+                                       "SolidBegin",     "ObjectBegin",    "ResourceBegin"};
+  closeWhatWaits("it ends with the file");
   if (!conditions_.empty())  // one message, however many they are
     report(Severity::Error, "RIB-NESTING", conditions_.back().pos, "IfBegin is not closed", "it ends with the file");
   conditions_.clear();

@@ -141,6 +141,7 @@ class Interpreter {
   void keep(Request& r);         // into Scene::kept, with a report
   void keepQuietly(Request& r);  // where something stands in for it
   void tellOfNoEffect(Where where, const std::string& name, const scene::Parameter& p, const SourcePos& pos);
+  void reportProcedural(const Request& r);
   void reportKept(const Request& r);                        // once per name, of shaders once per shader
   scene::Attributes& edit();                                // the current attributes, no longer shared
   scene::Attributes& edit(scene::Attributes::Given what) {  // ... of which this is being set
@@ -200,7 +201,10 @@ class Interpreter {
   void editEnd(Request&);
   void finishWorld();
   void closeAll(size_t blocksLeft);  // what is still open, with messages
+  // What keeps requests from being executed until its end: inline archives, motion blocks, edits. False: none is open.
+  bool closeWhatWaits(const char* endsWith);
   bool condition(Request& r);
+  bool hasOwnCondition() const;
 
   // ---- options.cpp
   bool optionsAllowed(const Request& r);
@@ -274,7 +278,6 @@ class Interpreter {
   bool matrixOf(const Request& r, scene::Matrix& m, bool& replaces);
   void coordinateSystem(Request&);
   void scopedCoordinateSystem(Request&);
-  std::optional<std::string> nameOfSpace(Request& r);
   void addScopedSpace(const std::string& name);  // beside those of the scope
   void coordSysTransform(Request&);
 
@@ -379,6 +382,7 @@ class Interpreter {
   size_t unopenedIfs_ = 0;  // inside the deepest one that is allowed
   size_t inactive_ = 0;     // conditions that are not active
   bool inEdit_ = false;
+  SourcePos editPos_;
   char marker_ = '$';        // Option "ribparse" "varsubst"
   bool bareMarker_ = false;  // asked for by the scene: "$name" besides "${name}"
 

@@ -232,10 +232,10 @@ Lexer::Token Lexer::number() {
     return Token::End;
   }
   if (cursor_ != end_ && !isDelimiter(*cursor_)) {
-    const std::string tail(numberBegin_, std::min<size_t>(size_t(end_ - numberBegin_), 40));
     while (cursor_ != end_ && !isDelimiter(*cursor_)) ++cursor_;
+    const std::string whole(numberBegin_, std::min<size_t>(size_t(cursor_ - numberBegin_), 40));
     if (syntaxMessages_++ == 0)
-      complain(Severity::Error, "RIB-SYNTAX", "'" + tail + "' begins as a number and goes on",
+      complain(Severity::Error, "RIB-SYNTAX", "'" + whole + "' begins as a number and goes on",
                "the number is used, the rest skipped");
   }
   return Token::Number;

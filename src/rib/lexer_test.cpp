@@ -223,6 +223,12 @@ TEST(Lexer, TokensAcrossBuffers) {
   EXPECT_TRUE(r.messages.empty());
 }
 
+TEST(Lexer, NamesTheNumberThatGoesOnAlone) {
+  const auto r = lex("A\n.5.5 7 8\nB");
+  ASSERT_EQ(r.messages.size(), 1u);
+  EXPECT_NE(r.messages[0].what.find("'.5.5'"), std::string::npos) << r.messages[0].what;
+}
+
 struct BadCase {
   const char* name;
   std::string text;

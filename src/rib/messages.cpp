@@ -80,7 +80,9 @@ constexpr Explanation kExplanations[] = {
     {"RIB-DECLARATION",
      "A declaration must read \"[class] type[n] name\": class is constant, uniform, varying, vertex, facevarying or "
      "facevertex; type "
-     "is float, int, string, color, point, vector, normal, hpoint, matrix, mpoint, or a node type; [n] is optional."},
+     "is float, int, string, color, point, vector, normal, hpoint, matrix, mpoint, or a node type; [n] is optional. "
+     "Where n is left out, type[], or is 0, an array is as long as its value, and one without values counts as not "
+     "given; primitive variables that are not constant need n, since it tells where an element ends."},
     {"RIB-UNDECLARED",
      "A parameter's name was neither declared inline nor by Declare nor is it predeclared. On plug-ins its type is "
      "taken from its "
@@ -88,7 +90,9 @@ constexpr Explanation kExplanations[] = {
     {"RIB-TYPE",
      "A parameter was given values of another kind than its declaration says: strings for numbers, numbers for "
      "strings, or fractions "
-     "for an integer. Fractions are cut off; otherwise the parameter is ignored and its default holds."},
+     "for an integer. Fractions are cut off; otherwise the parameter is ignored and its default holds. Integers "
+     "beyond "
+     "2147483647 (hashes, say) become the nearest one."},
     {"RIB-ARRAY-LENGTH",
      "The number of values of a parameter does not fit its type: a color takes 3, a float[2] takes 2, a matrix 16. "
      "Values that are no "
@@ -131,7 +135,8 @@ constexpr Explanation kExplanations[] = {
     {"RIB-NESTING",
      "Blocks are not balanced: an end without its begin is ignored; a block left open inside another is closed where "
      "the outer one "
-     "ends; what is open at the end of the file is closed there. Frames and worlds in an archive that is read inside "
+     "ends; what is open at the end of the file is closed there, and motion blocks, inline archives, edits and "
+     "conditions at the end of the archive that began them. Frames and worlds in an archive that is read inside "
      "a world are attribute blocks of that world."},
     {"RIB-SOLID",
      "SolidBegin names an operation that does not exist: what stands in the block is drawn as it is. Or solids stand "
@@ -148,7 +153,7 @@ constexpr Explanation kExplanations[] = {
      "known, "
      "or a string where that takes a number (or the other way round), or Hider \"raytrace\" has a parameter that "
      "nobody "
-     "knows. It is kept in the scene description, where "
+     "knows, or an order of buckets does not exist. It is kept in the scene description, where "
      "nothing asks for it, and what it was to change stays as it is. Names of other groups and further words of "
      "one's "
      "own are no mistake; put them into the group \"user\"."},
@@ -197,7 +202,7 @@ constexpr Explanation kExplanations[] = {
      "lost when the scene "
      "is written again, and has no effect on the picture. Each such request is reported once, where it is first "
      "met."},
-    {"RIB-PROGRAM",
+    {"ASSET-PROGRAM",
      "Procedural or Procedural2 \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output "
      "would be part "
      "of "
@@ -205,11 +210,17 @@ constexpr Explanation kExplanations[] = {
      "without "
      "an answer, takes more than 60 seconds or prints more than a gigabyte. It is ended and left out. Shared objects "
      "are run by kinora-procedural, which stands beside kinora; what it prints to standard error says more, and "
-     "kinora-procedural OBJECT DATA runs it by hand."},
-    {"RIB-KEPT-PROGRAM",
-     "Procedural or Procedural2 \"RunProgram\" names a program whose output would be part of the scene. Programs are "
-     "run with "
-     "--allow-exec alone: a scene from elsewhere could do anything with the rights of who renders it."},
+     "kinora-procedural OBJECT DATA runs it by hand. With --strict the exit code is 4."},
+    {"ASSET-PROGRAM-REFUSED",
+     "Procedural or Procedural2 \"RunProgram\" or \"DynamicLoad\" names a program, or a shared object, whose output "
+     "would be part of the scene. They are run with --allow-exec alone: a scene from elsewhere could do anything "
+     "with "
+     "the rights of who renders it. What it would draw is left out; with --strict the exit code is 4."},
+    {"PLUGIN-PROCEDURAL",
+     "Procedural or Procedural2 names a kind that is none of DelayedReadArchive, RunProgram and DynamicLoad (of "
+     "Procedural2 with a 2 at the end, which may be left out). What it would draw is left out; with --strict the "
+     "exit "
+     "code is 4. An archive of what it draws can stand in its place."},
     {"ASSET-MISSING-ARCHIVE",
      "An archive named by ReadArchive or a delayed procedural is not found: not as named, not beside the file that "
      "names it, not along "

@@ -63,7 +63,11 @@ const char* whyNoEffect(Where where, std::string_view name, const scene::Paramet
 const char* otherHider(std::string_view name) {
   if (name == "bake") return "no textures are baked: a picture of the camera's is rendered";
   if (name == "photon") return "no photon map is made: a picture of the camera's is rendered";
-  return nullptr;
+  // those of other renderers and times that make one of the camera's
+  for (const std::string_view picture :
+       {"", "raytrace", "hidden", "stochastic", "stitch", "null", "zbuffer", "opengl"})
+    if (name == picture) return nullptr;
+  return "a picture of the camera's is rendered, as \"raytrace\" does";
 }
 
 }  // namespace kinora::rib

@@ -15,7 +15,7 @@ enum class Where { Hider, Option, Attribute, Display };
 // stands in a group.
 const char* whyNoEffect(Where where, std::string_view name, const scene::Parameter& p);
 
-// What a hider by this name would have made in place of a picture; null: nothing else.
+// What happens in place of what a hider by this name would have made; null: it makes the camera's picture.
 const char* otherHider(std::string_view name);
 
 }  // namespace kinora::rib

@@ -272,6 +272,11 @@ TEST(Options, NamesWithoutEffectAreTold) {
       "");
   EXPECT_EQ(said("Hider \"photon\" \"int emit\" [10]"), "RIB-NO-EFFECT-HIDER ");
   EXPECT_EQ(said("Hider \"bake\""), "RIB-NO-EFFECT-HIDER ");
+  EXPECT_EQ(said("Hider \"raytracer\""), "RIB-NO-EFFECT-HIDER ");
+  for (const char* other : {"raytrace", "hidden", "stochastic", "null", "stitch"})
+    EXPECT_EQ(said("Hider \"" + std::string(other) + "\""), "") << other;
+  EXPECT_EQ(said("Option \"bucket\" \"string order\" [\"spirals\"]"), "RIB-MISSPELT ");
+  EXPECT_EQ(said("Option \"bucket\" \"string order\" [\"spiral\"]"), "");
   EXPECT_EQ(
       said("Hider \"raytrace\" \"int adaptall\" [0] \"float[2] exposurebracket\" [-1 1] \"int minextrasamples\" "
            "[-1] \"int samplemotion\" [0] \"int samplestride\" [2]\nOption \"checkpoint\" \"string interval\" [\"\"] "

@@ -170,6 +170,15 @@ void Interpreter::option(Request& r) {
         s = joined;
       }
     }
+    if (group == "bucket" && name == "order" && !parameter.strings.empty()) {
+      constexpr std::string_view kOrders[] = {"horizontal", "vertical", "zigzag-x", "zigzag-y",
+                                              "spacefill",  "random",   "spiral",   "circle"};
+      if (const std::string& order = parameter.strings[0];
+          std::find(std::begin(kOrders), std::end(kOrders), order) == std::end(kOrders))
+        report(Severity::Warning, "RIB-MISSPELT", r.pos,
+               "no order of buckets is called \"" + order.substr(0, 40) + "\"", "\"horizontal\" is used",
+               "there are horizontal, vertical, zigzag-x, zigzag-y, spacefill, random, spiral and circle");
+    }
     tellOfNoEffect(Where::Option, group + ":" + name, parameter, r.pos);
     parameter.name = group + ":" + name;
     options.set(std::move(parameter));
@@ -466,7 +475,7 @@ void Interpreter::displayChannel(Request& r) {
   if (d) {
     channel.name = d->name;
     channel.type = d->type;
-    channel.arrayLength = d->arrayLength;
+    channel.arrayLength = std::max(1, d->arrayLength);
   } else if (text.find(' ') == std::string::npos && !text.empty()) {
     channel.name = text;
     report(Severity::Warning, "RIB-UNDECLARED", r.pos, "nothing declares the channel \"" + text.substr(0, 60) + "\"",

@@ -316,6 +316,34 @@ Polygon "P" [0 0 0 1 0 0 0 1 0] "a" [1 2 3] "b" [1 2 3 4 5 6] "constant int[2] c
   EXPECT_EQ(p.find("N")->storage, StorageClass::Varying) << "a class left out is the one the name is known by";
 }
 
+// type[] and type[0], as exporters write arrays whose length they do not know: the value's, and none is no parameter.
+TEST(Declarations, ArraysWithoutALengthHaveTheirValues) {
+  for (const char* length : {"[]", "[0]", "[ ]", "[ 0 ]"}) {
+    const std::string n = length;
+    const Read r =
+        readWorld("Declare \"c\" \"constant int" + n + "\"\nBxdf \"PxrDiffuse\" \"d\" \"color" + n +
+                  " a\" [1 2 3 4 5 6] \"int" + n + " b\" [] \"c\" [7 8 9] \"string" + n +
+                  " e\" [\"x\" \"y\"] \"float" + n + " f\" 2\nSphere 1 -1 1 360 \"constant float" + n + " g\" [1 2]");
+    EXPECT_TRUE(r.messages.empty()) << n << r.all();
+    const ParameterList& p = r.primitive().attributes->bxdf->terminal->params;
+    ASSERT_TRUE(p.find("a") && p.find("c") && p.find("e") && p.find("f")) << n;
+    EXPECT_EQ(p.find("a")->arrayLength, 2) << n;
+    EXPECT_EQ(p.find("b"), nullptr) << n;
+    EXPECT_EQ(p.find("c")->ints, (std::vector<int>{7, 8, 9})) << n;
+    EXPECT_EQ(p.find("c")->arrayLength, 3) << n;
+    EXPECT_EQ(p.find("e")->arrayLength, 2) << n;
+    EXPECT_TRUE(p.find("f")->isArray) << n;
+    EXPECT_EQ(p.find("f")->arrayLength, 1) << n;
+    ASSERT_TRUE(r.primitive().primvars.find("g")) << n;
+    EXPECT_EQ(r.primitive().primvars.find("g")->elementFloats(), 2u) << n;
+  }
+  // where an element ends is nobody's knowledge
+  const Read varying = readWorld("Sphere 1 -1 1 360 \"varying float[] g\" [1 2 3 4 5 6 7 8]");
+  expectMessage(varying, "RIB-DECLARATION", 2);
+  EXPECT_NE(varying.all().find("varying float[2] g"), std::string::npos) << varying.all();
+  expectMessage(readWorld("Bxdf \"PxrDiffuse\" \"d\" \"color[] a\" [1 2 3 4]"), "RIB-ARRAY-LENGTH", 2);
+}
+
 TEST(Declarations, BareRowsOfNumbersAreOneValue) {
   const Read r =
       readWorld("Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" 1 0.5 0 \"float x\" 2\nSphere 1 -1 1 360");

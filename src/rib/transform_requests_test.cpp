@@ -128,6 +128,56 @@ TEST(Transforms, CoordinateSystemsEndWithTheirScope) {
   EXPECT_EQ(next.primitive().toWorld.matrices[0], Matrix());
 }
 
+// Before the world a scope's names end with it too, and rename nobody's; those of the scope that holds the world are
+// known in it, at the places that they had before the camera.
+TEST(Transforms, CoordinateSystemsOfScopesBeforeTheWorld) {
+  const std::string scope =
+      "Translate 0 0 5\nAttributeBegin\nTranslate 3 0 0\nScopedCoordinateSystem \"q\"\nAttributeEnd\n";
+  const Read ended = readRib(scope + "CoordSysTransform \"q\"\nWorldBegin\nSphere 1 -1 1 360\nWorldEnd");
+  expectMessage(ended, "RIB-COORDSYS", 6);
+  EXPECT_EQ(ended.world().coordinateSystems.count("q"), 0u);
+  EXPECT_EQ(ended.primitive().attributes->coordinateSystems, nullptr);
+  const Read within = readRib(scope + "WorldBegin\nCoordSysTransform \"q\"\nSphere 1 -1 1 360\nWorldEnd");
+  expectMessage(within, "RIB-COORDSYS", 7);
+
+  const Read kept = readRib(
+      "Translate 0 0 5\nTranslate 3 0 0\nCoordinateSystem \"q\"\nTranslate -3 0 0\n"
+      "AttributeBegin\nTranslate 7 0 0\nScopedCoordinateSystem \"q\"\nAttributeEnd\n"
+      "WorldBegin\nCoordSysTransform \"q\"\nSphere 1 -1 1 360\nWorldEnd");
+  expectMessage(kept, "RIB-COORDSYS", 7);
+  EXPECT_EQ(kept.primitive().toWorld.matrices[0][3][0], 3) << "the scope's is not everybody's";
+
+  const Read open = readRib(
+      "AttributeBegin\nTranslate 3 0 0\nScopedCoordinateSystem \"q\"\nIdentity\n"
+      "Translate 0 0 5\nWorldBegin\nCoordSysTransform \"q\"\nSphere 1 -1 1 360\nWorldEnd\n"
+      "CoordSysTransform \"q\"\nAttributeEnd\n");
+  expectClean(open);
+  const auto isThere = [](const Transform& t) { return t.matrices[0][3][0] == 3 && t.matrices[0][3][2] == -5; };
+  EXPECT_TRUE(isThere(open.primitive().toWorld));
+  EXPECT_TRUE(isThere(open.primitive().attributes->coordinateSystems->at("q")));
+  EXPECT_TRUE(isThere(open.world().coordinateSystems.at("q"))) << "for patterns";
+}
+
+// Lights of the camera, and what waits for lights, keep the systems of their scope and their places.
+TEST(Transforms, LightsBeforeTheWorldTakeTheirScopeAlong) {
+  const Read r = readRib(
+      "Translate 0 0 5\nAttributeBegin\nTranslate 3 0 0\nScopedCoordinateSystem \"q\"\n"
+      "LightFilter \"PxrBlockerLightFilter\" \"f\" \"string coordsys\" [\"q\"]\n"
+      "Light \"PxrSphereLight\" \"l\"\nAttributeEnd\nTranslate 2 0 0\n"
+      "LightFilter \"PxrBlockerLightFilter\" \"g\"\nTranslate -2 0 0\nWorldBegin\n"
+      "Light \"PxrSphereLight\" \"m\"\nSphere 1 -1 1 360\nWorldEnd");
+  expectClean(r);
+  ASSERT_EQ(r.world().lights.size(), 2u);
+  const Light &l = r.world().lights[0], &m = r.world().lights[1];
+  EXPECT_EQ(l.toWorld.matrices[0][3][0], 3);
+  EXPECT_EQ(l.toWorld.matrices[0][3][2], 0);
+  EXPECT_EQ(l.attributes->coordinateSystems->at("q").matrices[0], l.toWorld.matrices[0]);
+  EXPECT_EQ(r.world().coordinateSystems.at("q").matrices[0], l.toWorld.matrices[0]) << "its patterns ask by name";
+  ASSERT_EQ(m.filterToWorld.size(), 1u);
+  EXPECT_EQ(m.filterToWorld[0].matrices[0][3][0], 2);
+  EXPECT_EQ(m.filterToWorld[0].matrices[0][3][2], 0);
+}
+
 TEST(Motion, TransformsCamerasAndGeometry) {
   const Read r = readRib(R"(MotionBegin [0 1]
 Translate 0 0 5

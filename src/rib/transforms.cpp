@@ -1,6 +1,7 @@
 #include <ImathMatrixAlgo.h>
 #include <ImathQuat.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "rib/interpreter.h"
@@ -117,8 +118,15 @@ bool Interpreter::matrixOf(const Request& request, Matrix& m, bool& replaces) {
     const double between = std::acos(std::max(-1.0, std::min(1.0, d1.dot(d2))));
     const double angle = v[0] * kRadians, rest = between - angle;
     V3d ortho = d1 - d2 * d1.dot(d2);  // the part of d1 across d2
-    if (!(ortho.length() > 1e-9) || !(std::sin(rest) > 1e-9)) {
+    if (!std::all_of(v, v + 7, [](double x) { return std::isfinite(x); })) {
       m[0][0] = NAN;
+    } else if (!(ortho.length() > 1e-9) || !(std::sin(rest) > 1e-9)) {
+      if (v[0] == 0) return true;
+      report(Severity::Error, "RIB-TRANSFORM", r.pos,
+             !(ortho.length() > 1e-9) ? "Skew has no two directions: one is (0 0 0), or both are along one line"
+                                      : "Skew leans its direction up to the other one or beyond",
+             "the identity is used",
+             "behind the angle stand the direction that leans and the one along which it does");
     } else {
       ortho.normalize();
       // d1 = cos(between) d2 + sin(between) ortho becomes, at the same height over d2, of angle `rest` to it
@@ -225,13 +233,18 @@ void Interpreter::applyTransforms(std::vector<Request>& keys, const std::vector<
 void Interpreter::coordinateSystem(Request& r) {
   // what is read when a ray asks for it must not rename spaces for what others see
   if (!ancestors_.empty()) scopedCoordinateSystem(r);
-  const std::optional<std::string> name = nameOfSpace(r);
-  if (!name) return;
-  if (world_) {
-    world_->coordinateSystems[*name] = state_.ctm;
-    onlyScoped_.erase(*name);
+  Cursor c(r);
+  std::string name;
+  if (!c.string(name)) return badArguments(r, "a name");
+  if (!inWorldOrObject()) {
+    frame_.cameraSpaces[name] = state_.ctm;
+    return;
   }
-  if (!openObjects_.empty()) addScopedSpace(*name);  // each instance has its own
+  if (world_) {
+    world_->coordinateSystems[name] = state_.ctm;
+    onlyScoped_.erase(name);
+  }
+  if (!openObjects_.empty()) addScopedSpace(name);  // each instance has its own
 }
 
 void Interpreter::addScopedSpace(const std::string& name) {
@@ -242,31 +255,25 @@ void Interpreter::addScopedSpace(const std::string& name) {
   a.coordinateSystems = std::move(spaces);
 }
 
-// The name that the request gives to a space in the world or an object. None where it is refused, and where it names one
-// before the world, which is entered here.
-std::optional<std::string> Interpreter::nameOfSpace(Request& r) {
+void Interpreter::scopedCoordinateSystem(Request& r) {
   Cursor c(r);
   std::string name;
-  if (!c.string(name)) {
-    badArguments(r, "a name");
-    return std::nullopt;
+  if (!c.string(name)) return badArguments(r, "a name");
+  addScopedSpace(name);
+  if (!openObjects_.empty()) return;
+  // Patterns ask for systems by name alone, and exporters give each its own. Before the world, where they stand in
+  // camera space, those of the scope that WorldBegin stands in become the world's: see there.
+  bool isOther = false;
+  if (world_) {
+    const auto [it, isNew] = world_->coordinateSystems.try_emplace(name, state_.ctm);
+    if (isNew) onlyScoped_.insert(name);
+    isOther = !isNew && it->second.matrices != state_.ctm.matrices;
+  } else if (const auto it = frame_.cameraSpaces.find(name); it != frame_.cameraSpaces.end()) {
+    isOther = it->second.matrices != state_.ctm.matrices;
   }
-  if (inWorldOrObject()) return name;
-  frame_.cameraSpaces[name] = state_.ctm;
-  return std::nullopt;
-}
-
-void Interpreter::scopedCoordinateSystem(Request& r) {
-  const std::optional<std::string> name = nameOfSpace(r);
-  if (!name) return;
-  addScopedSpace(*name);
-  // Patterns ask for systems by name alone, and exporters give each its own.
-  if (!world_ || !openObjects_.empty()) return;
-  const auto [it, isNew] = world_->coordinateSystems.try_emplace(*name, state_.ctm);
-  if (isNew) onlyScoped_.insert(*name);
-  if (!isNew && it->second.matrices != state_.ctm.matrices)
+  if (isOther)
     report(Severity::Warning, "RIB-COORDSYS", r.pos,
-           "another coordinate system is called '" + name->substr(0, 60) + "' already",
+           "another coordinate system is called '" + name.substr(0, 60) + "' already",
            "light filters and CoordSysTransform in this scope use this one, patterns the first",
            "give each its own name");
 }

@@ -47,6 +47,11 @@ struct OwnPlace {
 
 }  // namespace
 
+bool& GeometryCache::wasCutShort() {
+  static thread_local bool was = false;
+  return was;
+}
+
 GeometryCache::Reading::Reading() {
   thread_local OwnPlace own;
   mine_ = &own.place->began;

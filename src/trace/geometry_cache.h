@@ -50,6 +50,16 @@ class GeometryCache {
   // Nothing of the owner's is read any more.
   void forget(const void* owner);
 
+  // While the flag is set rays are to make nothing any more: whoever would make it answers without, and says so to its
+  // thread. Null: none. It must last as long as rays are traced.
+  void setStop(const std::atomic<bool>* stop) { stop_.store(stop, std::memory_order_relaxed); }
+  bool isStopping() const {
+    const std::atomic<bool>* const stop = stop_.load(std::memory_order_relaxed);
+    return stop && stop->load(std::memory_order_relaxed);
+  }
+  // Of the calling thread: a ray was answered so since whoever traces cleared this. What its paths bring is to be dropped.
+  static bool& wasCutShort();
+
   uint64_t limit() const { return limit_; }
   void setLimit(uint64_t bytes) { limit_ = bytes; }
 
@@ -73,6 +83,7 @@ class GeometryCache {
   void reclaim();
 
   std::atomic<uint64_t> limit_;
+  std::atomic<const std::atomic<bool>*> stop_{nullptr};
   mutable std::mutex mutex_;
   std::vector<Entry> ring_;
   size_t hand_ = 0;

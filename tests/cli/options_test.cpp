@@ -215,9 +215,34 @@ TEST(Options, ProgramsOfASceneAreRunWhereAllowExecSaysSo) {
   const Result without = w.run({"scene.rib", "--spp", "1"}),
                with = w.run({"scene.rib", "--spp", "1", "--allow-exec"});
   EXPECT_EQ(with.exitCode, 0) << with.err;
-  EXPECT_NE(without.err.find("RIB-KEPT-PROGRAM"), std::string::npos) << without.err;
-  EXPECT_EQ(with.err.find("RIB-KEPT-PROGRAM"), std::string::npos) << with.err;
-  EXPECT_EQ(with.err.find("RIB-PROGRAM"), std::string::npos) << with.err;
+  EXPECT_NE(without.err.find("ASSET-PROGRAM-REFUSED"), std::string::npos) << without.err;
+  EXPECT_EQ(without.exitCode, 0) << without.err;
+  EXPECT_EQ(without.err.find("GEOM-"), std::string::npos) << "it is told once\n" << without.err;
+  EXPECT_EQ(w.run({"scene.rib", "--spp", "1", "--strict"}).exitCode, 4);
+  EXPECT_EQ(with.err.find("ASSET-PROGRAM"), std::string::npos) << with.err;
+}
+
+// Lights of archives that are read later are known, and set, before the first ray; those of programs are no lights.
+TEST(Options, LightsThatComeLateAreSetOrTheMistakeSaysWhere) {
+  Workplace w;
+  w.write("lamp.rib", "Light \"PxrSphereLight\" \"lamp\" \"float intensity\" [10]\nSphere .3 -.3 .3 360\n");
+  const std::string head = "Display \"out.exr\" \"openexr\" \"rgba\"\nFormat 8 8 1\nTranslate 0 0 5\nWorldBegin\n";
+  const auto run = [&](const std::string& request, bool isSet) {
+    w.write("scene.rib", head + request + " [-1 1 -1 1 -1 1]\nWorldEnd\n");
+    std::vector<std::string> line = {"scene.rib", "--spp", "1", "--progress", "none", "--allow-exec"};
+    if (isSet) line.insert(line.end(), {"--set", "light.intensity=0"});
+    return w.run(line);
+  };
+  const std::string archive = "Procedural \"DelayedReadArchive\" [\"lamp.rib\"]",
+                    program = "Procedural \"RunProgram\" [\"cat lamp.rib\" \"\"]";
+  EXPECT_EQ(run(archive, false).err.find("RENDER-BLACK"), std::string::npos);
+  const Result dark = run(archive, true);
+  EXPECT_EQ(dark.exitCode, 0) << dark.err;
+  EXPECT_NE(dark.err.find("RENDER-BLACK"), std::string::npos) << dark.err;
+  const Result refused = run(program, true);
+  EXPECT_EQ(refused.exitCode, 2) << refused.err;
+  EXPECT_NE(refused.err.find("immediatesubdivide"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.err.find("error"), refused.err.rfind("error")) << "it is told once\n" << refused.err;
 }
 
 TEST(Later, CommandsOfTheContractSayThatTheyAreNotAvailableYet) {

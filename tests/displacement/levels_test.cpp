@@ -2,8 +2,12 @@
 // resolutions, the picture is that of the surface diced at once, and the same bits come of any cache, thread and width.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <optional>
 
+#include "rib/reader.h"
+#include "shade/ray_listener.h"
 #include "tests/support/render_scene.h"
 
 namespace kinora::tests {
@@ -379,6 +383,72 @@ TEST(GeometryLevels, PassesAreLongWhereTheCacheIsCrowded) {
   EXPECT_GT(double(made(eight)), 1.3 * double(made(one)));  // the cache is crowded
   EXPECT_EQ(hashOf(eight.film()), hashOf(large.film()));
   EXPECT_GT(eight.renderer().statistics().geometry.passed, large.renderer().statistics().geometry.passed);
+}
+
+// Told to stop, rays dice no more: groups with rays that would have are dropped, at the camera or further on, and what is
+// in the picture is what would be there. Nothing of it is in the way of another render.
+TEST(GeometryLevels, StoppingDicesNoMoreAndDropsWhatItCutShort) {
+  struct Stops final : shade::RayListener {
+    RayKind at = RayKind::Camera;
+    int buckets = 0;
+    std::atomic<bool> stop{false};
+    void closest(RayKind kind, uint32_t, const Rays&, uint32_t, const uint32_t*) override {
+      buckets += kind == RayKind::Camera;
+      if (buckets == 2 && kind == at) stop = true;
+    }
+    void shadow(uint32_t, const ShadowRays&) override {}
+  };
+  RenderRequest request = requestOf(levels(1, "1") + kBumps + "Translate .3 .2 .1\nSphere 2 -2 2 360", 32, 1, 1,
+                                    "Projection \"perspective\" \"fov\" [110]");
+  request.settings.threads = 1;
+  request.settings.geometryCacheBytes = 1;  // of which nothing stays
+  SceneRender whole(request);
+  ASSERT_TRUE(whole.ok());
+  const auto hash = hashOf(whole.film());
+  const image::Image expected = whole.channel("Ci");
+  const uint64_t made = whole.renderer().statistics().geometry.made;
+  for (const RayKind kind : {RayKind::Camera, RayKind::Indirect}) {
+    const int at = int(kind);
+    Stops stops;
+    stops.at = kind;
+    request.settings.stop = &stops.stop;
+    request.settings.rayListener = &stops;
+    std::optional<scene::Scene> scene;
+    Diagnostics diagnostics([](const std::string&, Severity) {});
+    rib::RibReader reader(diagnostics, {}, [&](scene::Scene&& s) { scene = std::move(s); });
+    ASSERT_TRUE(reader.readString("test.rib", request.rib));
+    reader.finish();
+    ASSERT_TRUE(scene);
+    scene::Display display;
+    display.file = "test.exr";
+    display.driver = "openexr";
+    display.mode = request.channels;
+    scene->displays = {display};
+    Registry registry;
+    render::Renderer renderer(registry, diagnostics, request.settings);
+    ASSERT_TRUE(renderer.load(std::move(*scene)));
+    EXPECT_EQ(renderer.renderFilm(), render::Outcome::Interrupted) << at;
+    ASSERT_TRUE(stops.stop) << at;
+    EXPECT_LT(renderer.statistics().geometry.made, made * 3 / 4) << at;
+    const film::Film& film = renderer.film();
+    const image::Image picture = film.resolve(film.layout().find("Ci"));
+    int there = 0, others = 0;
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x) {
+        const int64_t n = film.sampleCount(x, y);
+        EXPECT_LE(n, 1);
+        there += n == 1;
+        const size_t i = (size_t(y) * 32 + size_t(x)) * picture.channels.size();
+        for (size_t c = 0; n && c < picture.channels.size(); ++c)
+          others += picture.pixels[i + c] != expected.pixels[i + c];
+      }
+    EXPECT_EQ(there, 256) << "the bucket before; at " << at;
+    EXPECT_EQ(others, 0) << at;
+    stops.stop = false;
+    ASSERT_TRUE(renderer.update());
+    EXPECT_EQ(renderer.renderFilm(), render::Outcome::Complete) << at;
+    EXPECT_EQ(hashOf(renderer.film()), hash) << at;
+  }
 }
 
 TEST(GeometryLevels, BadInputIsTold) {

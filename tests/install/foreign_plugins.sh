@@ -167,7 +167,7 @@ WorldEnd
 RIB
 run 0 sponge.log "$kinora" sponge.rib -o sponge.exr --progress none --spp 1 --allow-exec --strict
 run 0 none.log "$kinora" sponge.rib -o none.exr --progress none --spp 1
-grep -q RIB-KEPT-PROCEDURAL none.log || fail "an object that is not run is not named"
+grep -q ASSET-PROGRAM-REFUSED none.log || fail "an object that is not run is not named"
 run 1 diff.log "$kinora" diff sponge.exr none.exr
 
 # broken libraries: a message that names the library, a picture, code 0; with --strict code 4

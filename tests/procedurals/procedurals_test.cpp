@@ -433,7 +433,7 @@ TEST(Procedurals, ProgramsAreRunOnceTheyAreMet) {
   const Rendered r = rendered(folder, {}, true);
   EXPECT_EQ(r.outcome, render::Outcome::Complete);
   EXPECT_EQ(r.statistics.proceduralsRead, 2u);
-  EXPECT_NE(r.said.find("RIB-PROGRAM"), std::string::npos) << r.said;
+  EXPECT_NE(r.said.find("ASSET-PROGRAM"), std::string::npos) << r.said;
   EXPECT_FALSE(std::filesystem::exists(touched));
 }
 
@@ -649,7 +649,7 @@ TEST(Procedurals, InObjectsTheyAreReadOnceForAllInstances) {
     if (request == "PROGRAM") {
       EXPECT_EQ(std::filesystem::file_size(count), 2u) << "it was run once";
       const Rendered refused = rendered(folder, {});
-      EXPECT_NE(refused.said.find("RIB-KEPT-PROGRAM"), std::string::npos) << refused.said;
+      EXPECT_NE(refused.said.find("ASSET-PROGRAM-REFUSED"), std::string::npos) << refused.said;
     }
   }
 }

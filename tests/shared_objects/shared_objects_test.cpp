@@ -110,7 +110,7 @@ TEST(SharedObjects, ValuesAreAsManyAsTheShapeHas) {
 
 TEST(SharedObjects, AreRunWhereProgramsMayBe) {
   const World without = read("WorldBegin\n" + request(OBJECT_behaviour, "ball") + "WorldEnd\n");
-  EXPECT_NE(without.said.find("RIB-KEPT-PROCEDURAL"), std::string::npos) << without.said;
+  EXPECT_NE(without.said.find("ASSET-PROGRAM-REFUSED"), std::string::npos) << without.said;
   EXPECT_NE(without.said.find("--allow-exec"), std::string::npos) << without.said;
   const World with = run(OBJECT_behaviour, "ball");
   EXPECT_EQ(with.said, "");
@@ -145,7 +145,7 @@ TEST(SharedObjects, ThatFailAreLeftOut) {
                                                         {OBJECT_no_entry, ""},
                                                         {KINORA_SOURCE_DIR "/README.md", ""}}) {
     const World w = run(object, data);
-    EXPECT_NE(w.said.find("RIB-PROGRAM"), std::string::npos) << data << "\n" << w.said;
+    EXPECT_NE(w.said.find("ASSET-PROGRAM"), std::string::npos) << data << "\n" << w.said;
     EXPECT_NE(w.said.find("test.rib:2"), std::string::npos) << w.said;
     EXPECT_EQ(w.said.find("longer than"), std::string::npos) << data << " was waited for\n" << w.said;
     EXPECT_EQ(w.warnings, 1u) << w.said;
@@ -219,10 +219,10 @@ TEST(SharedObjects, OfProcedural2AreGivenTheirParameters) {
   EXPECT_EQ(text.said, "");
   EXPECT_EQ(text.scene->primitives.size(), 400u);
   const World none = read("WorldBegin\n" + requested(OBJECT_no_entry, "") + "Disk 0 1 360\nWorldEnd\n", options);
-  EXPECT_NE(none.said.find("RIB-PROGRAM"), std::string::npos) << none.said;
+  EXPECT_NE(none.said.find("ASSET-PROGRAM"), std::string::npos) << none.said;
   EXPECT_EQ(none.scene->primitives.size(), 1u);
   const World without = read("WorldBegin\n" + requested(OBJECT_behaviour, given) + "WorldEnd\n");
-  EXPECT_NE(without.said.find("RIB-KEPT-PROCEDURAL2"), std::string::npos) << without.said;
+  EXPECT_NE(without.said.find("ASSET-PROGRAM-REFUSED"), std::string::npos) << without.said;
   EXPECT_NE(without.said.find("--allow-exec"), std::string::npos) << without.said;
 }
 
