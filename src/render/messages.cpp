@@ -126,10 +126,6 @@ constexpr Explanation kExplanations[] = {
      "tell "
      "apart (26; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
-    {"RENDER-TRACE-MEDIUM",
-     "trace:shadowsubset, reflectsubset, transmitsubset or one of their exclude forms keeps an object's rays from a "
-     "medium that fills space. Subsets choose among surfaces; media are there for the rays of all objects, as their "
-     "own visibility:camera, indirect and transmission say."},
     {"RENDER-CAMERA",
      "The camera's transform cannot be inverted or holds NaN: the identity stands in for it. Or its screen window, "
      "near "
