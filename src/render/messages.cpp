@@ -236,11 +236,8 @@ constexpr Explanation kExplanations[] = {
      "Surfaces that glow change those too."},
     {"LIGHT-GEOMETRY",
      "A light has geometry (PxrMeshLight, AreaLightSource) of a kind, or in a state, that lights do not follow: "
-     "curves "
-     "and points have no surface that light could leave, vertices do not move while the shutter is open, nor are "
-     "they "
-     "displaced where they would, and the cuts of solids are those of surfaces alone. The message says which it is "
-     "and "
+     "curves and points have no surface that light could leave, a displacement of which nothing could be made leaves "
+     "it where it was before, and the cuts of solids are those of surfaces alone. The message says which it is and "
      "what stands in. An object that glows by its material has all of these."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
