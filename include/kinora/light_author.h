@@ -6,7 +6,8 @@
 //     using Data = ...;                                          // of one light
 //     static constexpr bool kIntersects = true;                  // false: infinite or delta
 //     template <int W> static void sample(const Data&, const LightPoint<W>&, LightSample<W>& out);
-//     // hits nearer than t alone
+//     // hits nearer than t alone; with `static constexpr bool kDeforms = true`, where its place depends on the time, of
+//     // (const Data&, const LightRay<W>&, Float<W>& t)
 //     template <int W> static Mask<W> intersect(const Data&, Vec3<W> o, Vec3<W> d, Float<W>& t);
 //     template <int W> static void evaluate(const Data&, const LightRay<W>&, Rgb<W>& radiance, Float<W>& pdf);
 //     template <int W> static void emit(const Data&, const EmitInput<W>&, LightEmission<W>& out);
@@ -412,12 +413,17 @@ struct LightRunner {
   static void intersect(const LightRayArgs* a) {
     using F = Float<W>;
     for (uint32_t i = 0; i < a->count; i += W) {
-      const LightRay<W> ray = rayAt<W>(a->o, a->d, a->t, nullptr, i);
+      constexpr bool kAsksTime = requires { L::kDeforms; };
+      const LightRay<W> ray = rayAt<W>(a->o, a->d, a->t, kAsksTime ? a->time : nullptr, i);
       LightAnswer<W> answer;
       answer.t = ray.t;
       askLights<L, W>(*a, i, a->count, ray, answer,
-                      [](const auto& k, const LightRay<W>& in, LightAnswer<W>& out)
-                          HWY_ATTR { out.hit = L::template intersect<W>(k, in.o, in.d, out.t); });
+                      [](const auto& k, const LightRay<W>& in, LightAnswer<W>& out) HWY_ATTR {
+                        if constexpr (requires { L::kDeforms; })
+                          out.hit = L::template intersect<W>(k, in, out.t);
+                        else
+                          out.hit = L::template intersect<W>(k, in.o, in.d, out.t);
+                      });
       const F limit = ray.t, t = answer.t;
       const Mask<W> hit = answer.hit & (t > F(0.f)) & (t < limit);
       select(hit, t, limit).store(a->t + i);

@@ -128,7 +128,7 @@ class TestLight {
       a.wi[c] = r.a[5 + c].data();
       a.radiance[c] = r.a[9 + c].data();
     }
-    a.time = r.a[23].data();
+    a.time = timeOf(r);
     a.u[0] = r.a[3].data();
     a.u[1] = r.a[4].data();
     a.worldRadius = worldRadius;
@@ -147,7 +147,7 @@ class TestLight {
       a.d[c] = r.a[5 + c].data();
       a.radiance[c] = r.a[13 + c].data();
     }
-    a.time = r.a[23].data();
+    a.time = timeOf(r);
     a.t = r.a[8].data();
     a.pdf = r.a[16].data();
     a.worldRadius = worldRadius;
@@ -176,7 +176,7 @@ class TestLight {
     a.light = &light;
     a.count = r.n;
     for (int c = 0; c < 4; ++c) a.u[c] = r.a[c].data();
-    a.time = r.a[23].data();
+    a.time = timeOf(r);
     for (int c = 0; c < 3; ++c) {
       a.o[c] = r.a[4 + c].data();
       a.d[c] = r.a[7 + c].data();
@@ -194,10 +194,14 @@ class TestLight {
   std::vector<std::string> warnings;
   std::string error;
   uint32_t width = 16;
-  float worldRadius = 10;
+  float worldRadius = 10, time = 0;  // time: of all that is asked
   Vec worldCenter{0, 0, 0};
 
  private:
+  const float* timeOf(Rays& r) const {
+    std::fill(r.a[23].begin(), r.a[23].end(), time);
+    return r.a[23].data();
+  }
   const Descriptor* d_ = nullptr;
   void* data_ = nullptr;
   const HostImage* image_ = nullptr;

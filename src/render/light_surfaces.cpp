@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "render/mesh_light.h"
+#include "render/meshes.h"
 #include "scene/digests.h"
 
 namespace kinora::render {
@@ -43,6 +44,8 @@ LightSurfaces::ByLight LightSurfaces::make(const std::vector<scene::Light>& sour
     h.digest(scene::ownDigestOf(**it));
     h.digest(displacement_.digestOf(s));
     h.word(isMirrored(tools.camera));
+    const double shutter[2] = {tools.camera.shutterOpen, tools.camera.shutterClose};
+    h.bytes(shutter, sizeof shutter);
     const Digest digest = h.result();
     std::shared_ptr<const geometry::Mesh> mesh;
     if (const auto known = before.find(digest); known != before.end())
@@ -57,7 +60,7 @@ LightSurfaces::ByLight LightSurfaces::make(const std::vector<scene::Light>& sour
   return out;
 }
 
-// Null: it has no surface, or deforms.
+// Null: it has no surface.
 std::shared_ptr<const geometry::Mesh> LightSurfaces::displaced(size_t shape, const scene::Primitive& primitive,
                                                                const Displacement::Tools& tools,
                                                                const std::atomic<bool>* stop) const {
@@ -66,7 +69,7 @@ std::shared_ptr<const geometry::Mesh> LightSurfaces::displaced(size_t shape, con
   rate.maxTriangles = kMostTrianglesOfLight;
   Diagnostics unheard([](const std::string&, Severity) {});  // the light's geometry is made once more below
   const std::optional<geometry::Mesh> plain = geometry::tessellate(primitive, rate, unheard);
-  if (!plain || !plain->triangleCount() || plain->keyCount() > 1) return nullptr;
+  if (!plain || !plain->triangleCount()) return nullptr;
   Imath::Box3d box;
   for (const Imath::V3f& p : plain->points) box.extendBy(Imath::V3d(p));
   const double edge = box.size().length() / kEdgesAcrossLight;
@@ -76,6 +79,7 @@ std::shared_ptr<const geometry::Mesh> LightSurfaces::displaced(size_t shape, con
   rate.isDisplaced = true;
   std::optional<geometry::Mesh> mesh = geometry::tessellate(primitive, rate, tools.diagnostics);
   if (!mesh) return nullptr;
+  uniformKeys(*mesh, tools.camera.shutterOpen, tools.camera.shutterClose);
   displacement_.apply(shape, rate, stop, *mesh, {});
   return std::make_shared<const geometry::Mesh>(std::move(*mesh));
 }

@@ -1,6 +1,6 @@
 // Surfaces of lights whose geometry is displaced (PxrMeshLight, AreaLightSource), as meshes. No camera decides how
 // finely they are cut: light that they send is the same wherever it is seen from. Called by WorldBuilder, before the
-// lights are made. Geometry that deforms as well is left out, and mesh_light.h tells of it.
+// lights are made.
 #pragma once
 #include <map>
 #include <memory>

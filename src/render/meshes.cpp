@@ -24,44 +24,6 @@ constexpr double kPixelsPerEdge = 2.0, kPixelsPerDisplacedEdge = 1.0;
 // Edges of quadrics that are to be patches, in those of a micropolygon.
 constexpr double kCoarserQuadric = 6;
 
-// Brings a deforming mesh to keys that are uniform over the shutter, as Embree wants them; one key where nothing
-// moves.
-void uniformKeys(geometry::Mesh& mesh, double open, double close) {
-  if (mesh.keyCount() < 2) return;
-  const auto at = [&](double time, const float* data, size_t stride, std::vector<float>& out) {
-    const auto& t = mesh.times;
-    size_t k = 0;
-    while (k + 2 < t.size() && time > t[k + 1]) ++k;
-    const double f = t[k + 1] > t[k] ? std::clamp((time - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0) : 0.0;
-    for (size_t i = 0; i < stride; ++i)
-      out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
-  };
-  const int keys = scene::uniformKeyCount(mesh.times, open, close, scene::kMostUniformKeys);
-  const auto resample = [&](const float* data, size_t stride) {
-    std::vector<float> out;
-    out.reserve(stride * size_t(keys));
-    for (int k = 0; k < keys; ++k)
-      at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
-    return out;
-  };
-  const auto bring = [&](auto& elements) {
-    if (elements.empty()) return;
-    constexpr size_t kFloats = sizeof(elements[0]) / sizeof(float);
-    const std::vector<float> out = resample(&elements[0].x, size_t(mesh.vertexCount) * kFloats);
-    elements.resize(out.size() / kFloats);
-    std::memcpy(&elements[0].x, out.data(), out.size() * sizeof(float));
-  };
-  for (geometry::Primvar& v : mesh.primvars)
-    if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
-        v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
-      v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
-  bring(mesh.points);
-  bring(mesh.spine);
-  bring(mesh.spineNormals);
-  mesh.times.clear();
-  for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
-}
-
 // What a mesh takes from camera and shutter besides its dicing; what bounds a solid or a medium stays in its own space.
 Digest settingsOf(const FlatScene::Shape& shape, bool isOfSolid, const CameraState& camera,
                   const Digest& displacement) {
@@ -176,6 +138,42 @@ Digest digestOf(const geometry::Mesh& mesh) {
 }
 
 }  // namespace
+
+void uniformKeys(geometry::Mesh& mesh, double open, double close) {
+  if (mesh.keyCount() < 2) return;
+  const auto at = [&](double time, const float* data, size_t stride, std::vector<float>& out) {
+    const auto& t = mesh.times;
+    size_t k = 0;
+    while (k + 2 < t.size() && time > t[k + 1]) ++k;
+    const double f = t[k + 1] > t[k] ? std::clamp((time - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0) : 0.0;
+    for (size_t i = 0; i < stride; ++i)
+      out.push_back(float((1 - f) * double(data[k * stride + i]) + f * double(data[(k + 1) * stride + i])));
+  };
+  const int keys = scene::uniformKeyCount(mesh.times, open, close, scene::kMostUniformKeys);
+  const auto resample = [&](const float* data, size_t stride) {
+    std::vector<float> out;
+    out.reserve(stride * size_t(keys));
+    for (int k = 0; k < keys; ++k)
+      at(keys == 1 ? 0.5 * (open + close) : open + (close - open) * k / (keys - 1), data, stride, out);
+    return out;
+  };
+  const auto bring = [&](auto& elements) {
+    if (elements.empty()) return;
+    constexpr size_t kFloats = sizeof(elements[0]) / sizeof(float);
+    const std::vector<float> out = resample(&elements[0].x, size_t(mesh.vertexCount) * kFloats);
+    elements.resize(out.size() / kFloats);
+    std::memcpy(&elements[0].x, out.data(), out.size() * sizeof(float));
+  };
+  for (geometry::Primvar& v : mesh.primvars)
+    if (v.name == "N" && v.rate == geometry::Primvar::Rate::PerVertex &&
+        v.data.size() == size_t(mesh.keyCount()) * mesh.vertexCount * 3)
+      v.data = resample(v.data.data(), size_t(mesh.vertexCount) * 3);
+  bring(mesh.points);
+  bring(mesh.spine);
+  bring(mesh.spineNormals);
+  mesh.times.clear();
+  for (int k = 0; k < keys && keys > 1; ++k) mesh.times.push_back(double(k) / (keys - 1));
+}
 
 // The meshes of the world before, each to be taken once.
 class Meshes::Finder {

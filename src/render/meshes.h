@@ -17,6 +17,9 @@
 
 namespace kinora::render {
 
+// Brings a deforming mesh to keys that are even over the shutter, as Embree wants them; one key where nothing moves.
+void uniformKeys(geometry::Mesh& mesh, double open, double close);
+
 class Meshes {
  public:
   // One for each shape of the scene, in its order. False when `stop` was set meanwhile. Counts in `made`.

@@ -126,10 +126,6 @@ constexpr Explanation kExplanations[] = {
      "tell "
      "apart (26; one for shadows counts twice). Names without members select nothing; subsets beyond the limit are "
      "ignored."},
-    {"RENDER-TRACE-MEDIUM",
-     "trace:shadowsubset, reflectsubset, transmitsubset or one of their exclude forms keeps an object's rays from a "
-     "medium that fills space. Subsets choose among surfaces; media are there for the rays of all objects, as their "
-     "own visibility:camera, indirect and transmission say."},
     {"RENDER-CAMERA",
      "The camera's transform cannot be inverted or holds NaN: the identity stands in for it. Or its screen window, "
      "near "
@@ -240,11 +236,8 @@ constexpr Explanation kExplanations[] = {
      "Surfaces that glow change those too."},
     {"LIGHT-GEOMETRY",
      "A light has geometry (PxrMeshLight, AreaLightSource) of a kind, or in a state, that lights do not follow: "
-     "curves "
-     "and points have no surface that light could leave, vertices do not move while the shutter is open, nor are "
-     "they "
-     "displaced where they would, and the cuts of solids are those of surfaces alone. The message says which it is "
-     "and "
+     "curves and points have no surface that light could leave, a displacement of which nothing could be made leaves "
+     "it where it was before, and the cuts of solids are those of surfaces alone. The message says which it is and "
      "what stands in. An object that glows by its material has all of these."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "

@@ -150,17 +150,40 @@ void findInteriors(const FlatScene& flat, const Meshes& meshes, const InteriorNa
   }
 }
 
-// Whether shadow rays and those of paths know of other media.
-bool areShadowsOthers(const shade::SpaceMedia& media) {
+// Adds the subsets of rays that a member of `subsets` is seen by, as far as rays of their kinds see it.
+void addSubsets(const std::vector<shade::TraceSet>& sets, uint32_t subsets, uint32_t& visibility) {
   constexpr uint32_t kShadows = trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
-  const auto differs = [](uint32_t visibility) {
-    return !(visibility & trace::kSeenByIndirect) != !(visibility & kShadows);
+  const uint32_t kinds = visibility &= trace::kSeenByCamera | trace::kSeenByIndirect | kShadows;
+  for (const shade::TraceSet& set : sets) {
+    if (kinds & trace::kSeenByIndirect) visibility |= subsets & (set.reflect | set.transmit);
+    if (kinds & kShadows) visibility |= subsets & (set.opaqueShadow | set.clearShadow);
+  }
+}
+
+// Sets what media and interiors have to say of which rays know of them, those of objects with these sets among them.
+void compareSights(const std::vector<shade::TraceSet>& sets, shade::SpaceMedia& media) {
+  const auto compare = [&](uint32_t visibility) {
+    struct Seen {
+      bool reflect, transmit, shadow;
+      bool operator==(const Seen&) const = default;
+    };
+    const auto by = [visibility](const shade::TraceSet& set) {
+      return Seen{(visibility & set.reflect) != 0, (visibility & set.transmit) != 0,
+                  (visibility & (set.opaqueShadow | set.clearShadow)) != 0};
+    };
+    const Seen plain = by({});
+    media.areShadowsOthers |= plain.shadow != plain.reflect;
+    for (const shade::TraceSet& set : sets) {
+      const Seen own = by(set);
+      media.areShadowsOthers |= own.shadow != own.reflect || own.shadow != own.transmit;
+      media.hasSubsets |= own != plain;
+    }
   };
-  return std::any_of(
-             media.media.begin(), media.media.end(),
-             [&](const shade::SpaceMedium& m) { return differs(m.visibility) || differs(m.visibilityInside); }) ||
-         std::any_of(media.interiors.begin(), media.interiors.end(),
-                     [&](const shade::SpaceInterior& x) { return differs(x.visibility); });
+  for (const shade::SpaceMedium& m : media.media) {
+    compare(m.visibility);
+    compare(m.visibilityInside);
+  }
+  for (const shade::SpaceInterior& x : media.interiors) compare(x.visibility);
 }
 
 // The hierarchy of boundaries, but for the few that are boxes. By number: of media, and behind them of interiors.
@@ -234,7 +257,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
                                                                const Meshes& meshes, shade::ShadingWorld& world,
                                                                const Tools& tools) {
   Diagnostics& diagnostics = tools.volumes.diagnostics;
-  Inputs inputs{flat, world.materials, world.world, tools.aggregates};
+  Inputs inputs{flat, world.materials, world.world, tools.aggregates, tools.subsetsOfKind, world.traceSets};
   if (inputs_.world && inputs == inputs_) {
     tools.contents.again(files_);
     use(world);
@@ -266,6 +289,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   std::map<const geometry::Mesh*, uint32_t> geometryOf;
   for (uint32_t g = 0; g < world.world->geometryCount(); ++g) geometryOf.emplace(&world.world->mesh(g), g);
 
+  const auto subsetsOf = [&](uint32_t kind) { return tools.subsetsOfKind.empty() ? 0u : tools.subsetsOfKind[kind]; };
   std::vector<Boundary> boundaries;  // by medium
   std::vector<float> filterWidths;
   std::set<const geometry::Mesh*> looked;  // whether they are open
@@ -301,6 +325,7 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
     m.visibility = sight.everywhere;
     m.visibilityInside = sight.inside;
     m.insideOf = std::move(sight.insideOf);
+    for (uint32_t* seen : {&m.visibility, &m.visibilityInside}) addSubsets(world.traceSets, subsetsOf(kind), *seen);
     m.side = signedVolume(mesh) < 0 ? -1.f : 1.f;
     const uint32_t material = world.placements[kind].material;
     const shade::Program& program = world.materials->program((*world.materials)[material].program);
@@ -342,7 +367,10 @@ std::shared_ptr<const shade::SpaceMedia> SpaceMediaStage::make(const std::shared
   aggregates.tell(diagnostics);
   if (media->media.empty()) return nullptr;
   findInteriors(*flat, meshes, interiors, *media, boundaries, diagnostics);
-  media->areShadowsOthers = areShadowsOthers(*media);
+  for (size_t i = 0; i < media->interiors.size(); ++i)
+    addSubsets(world.traceSets, subsetsOf(flat->placements[boundaries[media->media.size() + i].placement].kind),
+               media->interiors[i].visibility);
+  compareSights(world.traceSets, *media);
   setBoundaries(*media, *flat, std::move(boundaries), tools.volumes.camera);
   media->areEven =
       std::all_of(media->media.begin(), media->media.end(), [](const shade::SpaceMedium& m) { return m.isEven(); });

@@ -30,6 +30,7 @@ class SpaceMediaStage {
     FileContents& contents;
     const std::atomic<bool>* stop;
     const AggregateChoice& aggregates;
+    const std::vector<uint32_t>& subsetsOfKind;  // see Sight
   };
   // Sets the media of a world of which all is set that shading needs. Null: there are none.
   std::shared_ptr<const shade::SpaceMedia> make(const std::shared_ptr<const FlatScene>& flat, const Meshes& meshes,
@@ -43,6 +44,8 @@ class SpaceMediaStage {
     std::shared_ptr<const shade::MaterialSet> materials;
     std::shared_ptr<const trace::World> world;
     AggregateChoice aggregates;
+    std::vector<uint32_t> subsetsOfKind;
+    std::vector<shade::TraceSet> sets;
     bool operator==(const Inputs&) const = default;
   };
   Inputs inputs_{};

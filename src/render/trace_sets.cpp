@@ -219,6 +219,7 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
   };
   for (uint32_t& visibility : sight.ofShape)
     for (const Subset& s : subsets) visibility |= bitsOf(s, visibility);
+  sight.subsetsOfKind.assign(flat.kinds.size(), 0);
   for (size_t i = 0; i < flat.kinds.size(); ++i)
     for (const Subset& s : subsets) {
       const auto in = [&](const std::vector<std::string>& names) {
@@ -227,7 +228,9 @@ Sight sightOf(const FlatScene& flat, const shade::MaterialSet& materials, const 
           return std::find(own.begin(), own.end(), n) != own.end();
         });
       };
-      if ((s.names.empty() || in(s.names)) && !in(s.exclude)) sight.ofKind[i] |= bitsOf(s, sight.ofKind[i]);
+      if (!(s.names.empty() || in(s.names)) || in(s.exclude)) continue;
+      sight.ofKind[i] |= bitsOf(s, sight.ofKind[i]);
+      sight.subsetsOfKind[i] |= bitsOf(s, ~0u);
     }
   return sight;
 }

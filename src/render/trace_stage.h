@@ -20,6 +20,7 @@ namespace kinora::render {
 // Which rays see what, and what rays that leave objects ask for.
 struct Sight {
   std::vector<uint32_t> ofShape, ofKind;  // VisibilityBits, and a bit for each subset
+  std::vector<uint32_t> subsetsOfKind;    // bits of the subsets that it is a member of, whatever sees it; empty: none
   std::vector<shade::TraceSet> sets;      // by PlacementInfo::traceSet; empty: every ray sees everything
   std::map<std::string, uint32_t, std::less<>> byText;  // ShadingWorld::setsByText
   ShadowSets ofLights;                                  // those that there was no room for are not there

@@ -74,31 +74,6 @@ bool isSet(const scene::Scene& scene, const char* ofHider) {
   return !scene.hider || scene.hider->params.getInt(ofHider, 1) != 0;
 }
 
-// Rays through media ask which kind they are of alone (shade/group_space.cpp): subsets choose among surfaces.
-void warnOfMediaInSubsets(const FlatScene& flat, const shade::MaterialSet& materials,
-                          const std::vector<shade::PlacementInfo>& infos, const Sight& sight,
-                          Diagnostics& diagnostics) {
-  const auto isLeftOut = [](uint32_t seen, const shade::TraceSet& set) {
-    const shade::TraceSet plain;
-    const auto differs = [&](uint32_t asked, uint32_t usual) {
-      return asked != usual && (seen & usual) && !(seen & asked);
-    };
-    return differs(set.reflect, plain.reflect) || differs(set.transmit, plain.transmit) ||
-           differs(set.opaqueShadow | set.clearShadow, plain.opaqueShadow | plain.clearShadow);
-  };
-  for (size_t k = 0; !sight.sets.empty() && k < infos.size(); ++k) {
-    if (!materials.fillsSpace(infos[k].material) ||
-        std::none_of(sight.sets.begin(), sight.sets.end(),
-                     [&](const shade::TraceSet& set) { return isLeftOut(sight.ofKind[k], set); }))
-      continue;
-    diagnostics.warning("RENDER-TRACE-MEDIUM", {},
-                        "a subset for rays (trace:shadowsubset, reflectsubset and the like) leaves out the medium '" +
-                            flat.nameOf(uint32_t(k)) + "', and subsets choose among surfaces alone",
-                        "rays of all objects go through the medium", "Attribute \"visibility\" of the medium counts");
-    return;
-  }
-}
-
 }  // namespace
 
 uint64_t geometryCacheSaid(const scene::Scene& scene, const Settings& settings) {
@@ -412,7 +387,6 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
                       next->placements, rebuilt);
   Sight sight = sightOf(*flat_, *next->materials, askers, shadowSubsets(sources), next->placements,
                         delayed.unread.empty(), diagnostics_);
-  warnOfMediaInSubsets(*flat_, *next->materials, next->placements, sight, diagnostics_);
   for (size_t k = 0; k < next->placements.size(); ++k)  // nothing that a ray would hit
     if (next->materials->fillsSpace(next->placements[k].material) || isVolume(*flat_, k)) sight.ofKind[k] = 0;
   compareShadows(*flat_, *next->materials, sight, next->placements);
@@ -425,7 +399,11 @@ bool WorldBuilder::buildWorld(const scene::Scene& said, const Delayed& delayed,
   const LinkSets links = linkObjects(scene, rendered, *flat_, next->placements);
   next->fillTables();
   media_.make(flat_, meshes_, *next,
-              {{camera_, registry_, host(), *volumes_, diagnostics_}, contents_, settings_.stop, aggregates});
+              {{camera_, registry_, host(), *volumes_, diagnostics_},
+               contents_,
+               settings_.stop,
+               aggregates,
+               sight.subsetsOfKind});
   next->lights = lights_.make(scene, rendered, links, *flat_,
                               {registry_, diagnostics_, contents_, texturePath_, host(), camera_, *paths,
                                sight.ofLights, surfaces, sight.areShadowsOthers},

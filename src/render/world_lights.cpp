@@ -307,9 +307,7 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   const FileContents::Listening listening(tools.contents, m->files);
   const Placement placement = placementOf(l.toWorld, tools.camera);
   EmittingMesh emitting;
-  if (l.geometry)
-    emitting = emittingMesh(l, displaced, tools.camera.middle(), tools.camera.origin,
-                            tools.camera.worldToCamera.determinant() < 0, tools.diagnostics);
+  if (l.geometry) emitting = emittingMesh(l, displaced, tools.camera, tools.diagnostics);
   const LightMesh lightMesh = emitting.mesh();
   Instance instance;
   if (!instance.create(plugin, l.node.get(), &placement, &lightMesh, tools.host, tools.diagnostics)) return nullptr;

@@ -346,8 +346,8 @@ void GroupState::trace(RayList& list, RayKind kind, uint32_t depth, uint32_t n, 
       float* ends = arena_.make<float>(list.capacity);
       for (uint32_t i = 0; i < n; ++i)
         ends[entries[i]] = std::min({hits.t[entries[i]], list.rays.tMax[entries[i]], 1e30f});
-      thinOut(list.rays, ends, kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect,
-              list.sampleSeed, list.sampleIndex, nullptr, depth, n, entries, transmittance);
+      thinOut(list.rays, ends, mediaSeen(list, n, entries), list.sampleSeed, list.sampleIndex, nullptr, depth, n,
+              entries, transmittance);
     }
   }
   if (hole_ && kind == RayKind::Camera && &list == &group_.paths) endAtHoles(list, n, entries);

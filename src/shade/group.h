@@ -79,6 +79,7 @@ struct Tint {
 struct TraceSet {
   uint32_t reflect = trace::kSeenByIndirect, transmit = trace::kSeenByIndirect;
   uint32_t opaqueShadow = trace::kSeenByOpaqueShadow, clearShadow = trace::kSeenByClearShadow;
+  bool operator==(const TraceSet&) const = default;
 };
 
 // Everything shading reads of a scene; immutable while passes run.
@@ -169,6 +170,14 @@ struct ListHost {
   float* surfaceT = nullptr;
   float* absorbed[3] = {nullptr, nullptr, nullptr};
   static ListHost& of(const RayList& l) { return *static_cast<ListHost*>(l.host); }
+};
+
+// Which media rays know of: those that rays of these kinds do (trace::VisibilityBits), and of a ray that leaves an object
+// with subsets of its own those that the mask of its entry says. ofEntry null: there are no such rays.
+struct MediaSight {
+  uint32_t kinds;
+  const uint32_t* ofEntry = nullptr;
+  uint32_t of(uint32_t entry) const { return ofEntry ? ofEntry[entry] : kinds; }
 };
 
 // SIMD lanes of contexts: those that hold a point, those that could, and the contexts.
@@ -344,10 +353,13 @@ class GroupState {
   SurfacesArgs placesOf(const RayList& list, const float* t, Context* c);
   void setProgram(Context* c, const Program& program, bool bind);
   // group_space.cpp; worlds with media that fill space only.
-  void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
-  void crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
-  void crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility);
-  void cutOff(uint32_t visibility);
+  // trace_sets.cpp. Of rays that were traced, and of shadow rays of the vertices that the rays have left.
+  MediaSight mediaSeen(const RayList& list, uint32_t n, const uint32_t* entries);
+  MediaSight mediaInShadows(const RayList& list, uint32_t n, const uint32_t* entries);
+  void findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, const MediaSight& sight);
+  void crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, const MediaSight& sight);
+  void crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, const MediaSight& sight);
+  void cutOff(const uint32_t* entries, const MediaSight& sight);
   static void setPathOf(const RayList& list, Track& t);
   void absorbUntil(const RayList& list, uint32_t entry, float t, float* const transmittance[3]) const;
   const float* sharesOfGlow(const RayList& list, MediumTracks& tracks);
@@ -365,8 +377,8 @@ class GroupState {
   void writeWays(RayList& list, uint32_t n, const uint32_t* entries);
   void thinOutEvenly(const float* ends, const uint32_t* bounces, uint32_t n, const uint32_t* entries,
                      float* const transmittance[3]);
-  void thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed, const uint32_t* index,
-               const uint32_t* bounces, uint32_t depth, uint32_t n, const uint32_t* entries,
+  void thinOut(const Rays& rays, const float* ends, const MediaSight& sight, const uint32_t* seed,
+               const uint32_t* index, const uint32_t* bounces, uint32_t depth, uint32_t n, const uint32_t* entries,
                float* const transmittance[3]);
   void thinOutShadows(uint32_t depth, const ShadowRays& rays);
   void thinOutLights(const RayList& list, LightHits* hits);

@@ -16,26 +16,26 @@ constexpr int kMostWalks = 64;  // through the hierarchy of boundaries, for eigh
 // All crossings of the listed rays (by number in the list) into crossings_, ray by ray in order of distance, whatever
 // the rays hit: who is inside a medium where he begins sees that by the way out. A medium that is seen inside surfaces
 // only is entered and left where these are, too.
-void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
+void GroupState::findCrossings(const Rays& rays, uint32_t n, const uint32_t* entries, const MediaSight& sight) {
   crossings_.clear();
-  crossBoxes(rays, n, entries, visibility);
-  if (world_.space->boundaries) crossBoundaries(rays, n, entries, visibility);
+  crossBoxes(rays, n, entries, sight);
+  if (world_.space->boundaries) crossBoundaries(rays, n, entries, sight);
   const auto isBefore = [](const MediumCrossing& a, const MediumCrossing& b) {
     return a.ray != b.ray ? a.ray < b.ray : a.t < b.t;
   };
   if (!std::is_sorted(crossings_.begin(), crossings_.end(), isBefore))
     std::stable_sort(crossings_.begin(), crossings_.end(), isBefore);
-  if (world_.space->nameCount) cutOff(visibility);
+  if (world_.space->nameCount) cutOff(entries, sight);
 }
 
-void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
+void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entries, const MediaSight& sight) {
   const SpaceMedia& space = *world_.space;
   const ArenaScope memory(arena_);
   const float *from[SpaceMedia::kMostBoxes], *to[SpaceMedia::kMostBoxes];
   uint32_t medium[SpaceMedia::kMostBoxes], count = 0;
   for (const uint32_t at : space.boxes) {
     const SpaceMedium& m = space.media[at];
-    if (!(space.visibilityOf(at) & visibility)) continue;
+    if (!(space.visibilityOf(at) & sight.kinds)) continue;
     float *begin = arena_.make<float>(padded(n)), *end = arena_.make<float>(padded(n));
     BoxCrossingArgs args{rays.o, rays.d, n, entries, toObject(m.instance, m.geometry, 0), {}, {}, begin, end};
     m.findReach(args.low, args.high);
@@ -48,12 +48,13 @@ void GroupState::crossBoxes(const Rays& rays, uint32_t n, const uint32_t* entrie
     for (uint32_t k = 0; k < count; ++k) {
       const float begin = from[k][i], end = to[k][i];
       if (!(begin < end && end > 0)) continue;
+      if (sight.ofEntry && !(space.visibilityOf(medium[k]) & sight.of(entries[i]))) continue;
       if (begin > 0) crossings_.push_back({i, begin, medium[k], true});
       crossings_.push_back({i, end, medium[k], false});
     }
 }
 
-void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, uint32_t visibility) {
+void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* entries, const MediaSight& sight) {
   const SpaceMedia& space = *world_.space;
   const trace::World& boundaries = *space.boundaries;
   RayList& list = *makeRays(n);
@@ -82,7 +83,7 @@ void GroupState::crossBoundaries(const Rays& rays, uint32_t n, const uint32_t* e
         const uint32_t ray = collected_[k].slot, instance = hits.hits.instance[k],
                        at = space.ofBoundary[boundaries.instance(instance).user];
         list.hits.t[ray] = collected_[k].t;
-        if (!(space.visibilityOf(at) & visibility)) continue;
+        if (!(space.visibilityOf(at) & sight.of(entries[ray]))) continue;
         if (instance != last) {
           toLast = boundaries.objectToRender(instance, list.rays.time[ray]).inverse();
           last = boundaries.instance(instance).keyCount < 2 ? instance : ~0u;

@@ -8,7 +8,7 @@ namespace kinora::shade {
 // Of the crossings that were found those of interiors go, and those of media that rays of these kinds see only inside of
 // them become the ends of what both have in common. Of surfaces that overlap, or pass through themselves, each part
 // counts: a ray is inside until it has left as many as it has entered.
-void GroupState::cutOff(uint32_t visibility) {
+void GroupState::cutOff(const uint32_t* entries, const MediaSight& sight) {
   const SpaceMedia& space = *world_.space;
   const ArenaScope memory(arena_);
   const uint32_t media = uint32_t(space.media.size()), all = media + uint32_t(space.interiors.size());
@@ -21,6 +21,7 @@ void GroupState::cutOff(uint32_t visibility) {
   std::fill_n(askedFor, space.nameCount, 0u);
   std::fill_n(isThere, media, false);
   std::fill_n(isIgnored, count + 1, false);
+  uint32_t visibility = sight.kinds;  // to the ray at hand
   const auto isEverywhere = [&](uint32_t number) {
     return number < media && space.media[number].visibility & visibility;
   };
@@ -36,6 +37,7 @@ void GroupState::cutOff(uint32_t visibility) {
   cut_.clear();
   for (size_t first = 0, last = 0; first < count; first = last) {
     const uint32_t ray = crossings_[first].ray;
+    visibility = sight.of(entries[ray]);
     bool isPlain = true;
     for (; last < count && crossings_[last].ray == ray; ++last) isPlain &= isEverywhere(crossings_[last].medium);
     if (isPlain) {

@@ -60,6 +60,9 @@ void GroupState::askMediumLights(const Context* c, LightSamples* out) {
     }
   if (!n) return;
   RayList& list = *makeRays(n);
+  ListHost& host = ListHost::of(list);
+  host.kind = RayKind::Indirect;
+  const VertexState& state = ContextHost::of(c).state;
   uint32_t *medium = arena_.make<uint32_t>(padded(n)), *entries = arena_.make<uint32_t>(padded(n));
   for (uint32_t i = 0; i < padded(n); ++i) {
     const uint32_t from = found[std::min(i, n - 1)];
@@ -70,12 +73,16 @@ void GroupState::askMediumLights(const Context* c, LightSamples* out) {
     list.rays.time[i] = c->time[from];
     list.rays.radius[i] = c->radius[from];
     list.rays.spread[i] = c->spread[from];
+    if (state.traceSet) {
+      host.left.traceSet[i] = state.traceSet[from];
+      for (int k = 0; k < 3; ++k) host.left.Ng[k][i] = state.Ng[k][from];
+    }
     medium[i] = world_.mediumLights[out->light[from] - world_.firstMediumLight];
     setMediumHit(list.hits, i, space.media[medium[i]], out->t[from]);
     entries[i] = i;
   }
-  // Cells reach beyond what the medium fills.
-  findCrossings(list.rays, n, entries, trace::kSeenByIndirect);
+  // Cells reach beyond what the medium fills; and rays that do not know of it would not find it by chance.
+  findCrossings(list.rays, n, entries, mediaSeen(list, n, entries));
   bool* isInside = arena_.make<bool>(padded(n));
   std::fill_n(isInside, n, false);
   bool* isKnown = arena_.make<bool>(padded(n));

@@ -114,10 +114,8 @@ void GroupState::scatterInSpace(RayList& list, uint32_t depth, uint32_t n, const
                                 float* const transmittance[3]) {
   const SpaceMedia& space = *world_.space;
   const ListHost& host = ListHost::of(list);
-  const uint32_t visibility =
-      host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect);
   const Hits& hits = list.hits;
-  findCrossings(list.rays, n, entries, visibility);
+  findCrossings(list.rays, n, entries, mediaSeen(list, n, entries));
   const float* ends = clippedEnds(arena_, list, host.surfaceT, n, entries);
   MediumTracks tracks(*this, crossings_, list.rays, ends, list.sampleSeed, list.sampleIndex, host.left.bounces, depth,
                       n, entries, true);

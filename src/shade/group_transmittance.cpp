@@ -67,11 +67,11 @@ void GroupState::thinOutEvenly(const float* ends, const uint32_t* bounces, uint3
 }
 
 // Multiplies by what media let through as far as each ray goes (ends). By entry.
-void GroupState::thinOut(const Rays& rays, const float* ends, uint32_t visibility, const uint32_t* seed,
+void GroupState::thinOut(const Rays& rays, const float* ends, const MediaSight& sight, const uint32_t* seed,
                          const uint32_t* index, const uint32_t* bounces, uint32_t depth, uint32_t n,
                          const uint32_t* entries, float* const transmittance[3]) {
   const SpaceMedia& space = *world_.space;
-  findCrossings(rays, n, entries, visibility);
+  findCrossings(rays, n, entries, sight);
   if (space.areEven) return thinOutEvenly(ends, bounces, n, entries, transmittance);
   MediumTracks tracks(*this, crossings_, rays, ends, seed, index, bounces, depth, n, entries, false);
   uint32_t* open = arena_.make<uint32_t>(tracks.count() + 1);
@@ -134,8 +134,8 @@ void GroupState::thinOutShadows(uint32_t depth, const ShadowRays& rays) {
   RayList& list = *makeRays(rays.count);
   copyRays(rays, list);
   for (uint32_t i = 0; i < rays.count; ++i) list.rays.spread[i] = spreadAlong(rays, i, list.rays.spread[i]);
-  thinOut(list.rays, list.rays.tMax, trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, list.sampleSeed,
-          list.sampleIndex, ListHost::of(list).left.bounces, depth, m, open, rays.transmittance);
+  thinOut(list.rays, list.rays.tMax, mediaInShadows(list, m, open), list.sampleSeed, list.sampleIndex,
+          ListHost::of(list).left.bounces, depth, m, open, rays.transmittance);
 }
 
 // What light met by rays has lost on its way, and which of them the rays were ended before.
@@ -168,20 +168,25 @@ void GroupState::thinOutLights(const RayList& list, LightHits* l) {
       rays.rays.spread[i] = list.rays.spread[s];
       rays.sampleSeed[i] = list.sampleSeed[s];
       rays.sampleIndex[i] = mixedSeed(list.sampleIndex[s], l->light[i]);
-      if (const uint32_t* b = host.left.bounces) ListHost::of(rays).left.bounces[i] = b[s];
+      const VertexState& left = ListHost::of(rays).left;
+      if (const uint32_t* b = host.left.bounces) left.bounces[i] = b[s];
+      if (const uint32_t* x = host.left.traceSet) {
+        left.traceSet[i] = x[s];
+        for (int c = 0; c < 3; ++c) left.Ng[c][i] = host.left.Ng[c][s];
+      }
       if (areShadows && !(list.origin[s] & kFromDiscrete))
         shadows[k++] = i;
       else
         entries[m++] = i;
     }
-    const auto thin = [&](uint32_t visibility, uint32_t count, const uint32_t* which) {
+    ListHost::of(rays).kind = host.kind;
+    const auto thin = [&](const MediaSight& sight, uint32_t count, const uint32_t* which) {
       if (count)
-        thinOut(rays.rays, rays.rays.tMax, visibility, rays.sampleSeed, rays.sampleIndex,
-                ListHost::of(rays).left.bounces, 0x10000, count, which, T);
+        thinOut(rays.rays, rays.rays.tMax, sight, rays.sampleSeed, rays.sampleIndex, ListHost::of(rays).left.bounces,
+                0x10000, count, which, T);
     };
-    thin(host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect), m,
-         entries);
-    thin(trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow, k, shadows);
+    thin(mediaSeen(rays, m, entries), m, entries);
+    thin(mediaInShadows(rays, k, shadows), k, shadows);
   }
   for (int c = 0; c < 3; ++c) {
     for (uint32_t i = 0; i < n; ++i) radiance[c][i] = l->radiance[c][i] * T[c][i];

@@ -32,7 +32,7 @@ void GroupState::meanTransmittance(uint32_t n, const float* const o[3], const fl
     ends[i] = std::min(length[from], 1e30f);
   }
   // whatever rays see them: those of the other techniques see them otherwise
-  findCrossings(list.rays, n, entries, ~0u);
+  findCrossings(list.rays, n, entries, {~0u});
   MediumTracks tracks(*this, crossings_, list.rays, ends, list.sampleSeed, list.sampleIndex, nullptr, 0, n, entries,
                       false);
   MediumTracks::Stretch s;
@@ -56,9 +56,7 @@ void GroupState::mediumIntervals(const RayList& list, uint32_t n, const uint32_t
   *out = {0, first, nullptr, nullptr, first, nullptr};
   if (!world_.space || !n) return;
   const Clock clock(counters.nanoseconds[kTimeLights]);
-  const ListHost& source = ListHost::of(list);
-  findCrossings(list.rays, n, entries,
-                source.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
+  findCrossings(list.rays, n, entries, mediaSeen(list, n, entries));
   if (crossings_.empty()) return;
   const float* ends = clippedEnds(arena_, list, list.hits.t, n, entries);
   MediumTracks tracks(*this, crossings_, list.rays, ends, list.sampleSeed, list.sampleIndex, nullptr, 0, n, entries,
@@ -101,6 +99,9 @@ void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const 
     const VertexState& left = ListHost::of(list).left;
     if (left.bounces && source.left.bounces) left.bounces[to] = source.left.bounces[s];
     if (left.media && source.left.media) left.media[to] = source.left.media[s];
+    if (!source.left.traceSet) return;
+    left.traceSet[to] = source.left.traceSet[s];
+    for (int c = 0; c < 3; ++c) left.Ng[c][to] = source.left.Ng[c][s];
   };
   RayList& rays = *makeRays(n);
   uint32_t* all = arena_.make<uint32_t>(padded(n));
@@ -108,8 +109,8 @@ void GroupState::mediaAt(const RayList& from, uint32_t depth, uint32_t n, const 
     copy(rays, i, entries[std::min(i, n - 1)]);
     all[i] = i;
   }
-  findCrossings(rays.rays, n, all,
-                source.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
+  ListHost::of(rays).kind = source.kind;
+  findCrossings(rays.rays, n, all, mediaSeen(rays, n, all));
   MediumTracks tracks(*this, crossings_, rays.rays, t, rays.sampleSeed, rays.sampleIndex,
                       ListHost::of(rays).left.bounces, depth, n, all, false);
   uint32_t found = 0;

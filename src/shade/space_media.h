@@ -18,8 +18,8 @@ namespace kinora::shade {
 
 struct SpaceMedium {
   uint32_t instance = 0, geometry = 0;  // in the world that rays see, where nothing sees it
-  // trace::VisibilityBits: rays of these kinds know of it wherever they meet it; those of other kinds only inside
-  // interiors that are seen by them, where these and it have a name in common.
+  // trace::VisibilityBits, and a bit for each subset of rays that it is a member of: these rays know of it wherever they
+  // meet it; others only inside interiors that are seen by them, where these and it have a name in common.
   uint32_t visibility = 15, visibilityInside = 0;
   std::vector<uint32_t> insideOf;  // names
   float side = 1;                  // -1: the normals of its boundary point inward
@@ -88,7 +88,7 @@ struct SpaceMedium {
 
 // What is inside a surface that has media there, and cuts them off.
 struct SpaceInterior {
-  uint32_t visibility = 15;  // trace::VisibilityBits of the surface: rays of other kinds never enter
+  uint32_t visibility = 15;  // of the surface, as SpaceMedium::visibility: other rays never enter
   float side = 1;            // as SpaceMedium::side
   std::vector<uint32_t> names;
 };
@@ -109,6 +109,7 @@ struct SpaceMedia {
   bool mayEmit = false;
   bool areEven = false;           // all of them, see SpaceMedium::isEven()
   bool areShadowsOthers = false;  // some medium is known to shadow rays alone, or to the rays of paths alone
+  bool hasSubsets = false;        // some object's rays do not know of all that others of their kind do
   bool isSimilar = false;         // some medium's extinction depends on how often light was scattered
   uint64_t serial = 0;            // each has its own, in a run of the program
 

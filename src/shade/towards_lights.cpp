@@ -150,8 +150,8 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t pa
   const Clock clock(counters.nanoseconds[kTimeLights]);
   const SpaceMedia& space = *world_.space;
   const ListHost& host = ListHost::of(list);
-  findCrossings(list.rays, n, entries,
-                host.kind == RayKind::Camera ? uint32_t(trace::kSeenByCamera) : uint32_t(trace::kSeenByIndirect));
+  const MediaSight sight = mediaSeen(list, n, entries);
+  findCrossings(list.rays, n, entries, sight);
   crossings_.swap(crossingsTowards_);  // samples of lights look for crossings too
   const float* reaches = clippedEnds(arena_, list, host.surfaceT, n, entries);
   MediumTracks tracks(*this, crossingsTowards_, list.rays, reaches, list.sampleSeed, list.sampleIndex,
@@ -309,8 +309,8 @@ void GroupState::scatterTowardsLights(RayList& list, uint32_t depth, uint32_t pa
   }
   std::sort(chosen, chosen + going);
   if (going)
-    thinOut(list.rays, far, host.kind == RayKind::Camera ? trace::kSeenByCamera : trace::kSeenByIndirect,
-            list.sampleSeed, list.sampleIndex, host.left.bounces, depth, going, chosen, factor);
+    thinOut(list.rays, far, sight, list.sampleSeed, list.sampleIndex, host.left.bounces, depth, going, chosen,
+            factor);
   uint32_t kept = 0;
   for (uint32_t i = 0; i < going; ++i) {
     float sum = 0;

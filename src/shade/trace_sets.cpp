@@ -19,6 +19,27 @@ uint32_t GroupState::maskOf(const RayList& list, uint32_t entry, bool clearShado
   return side < 0 ? set.transmit : set.reflect;
 }
 
+MediaSight GroupState::mediaSeen(const RayList& list, uint32_t n, const uint32_t* entries) {
+  const ListHost& host = ListHost::of(list);
+  if (host.kind == RayKind::Camera) return {trace::kSeenByCamera};
+  if (!world_.space->hasSubsets || !host.left.traceSet) return {trace::kSeenByIndirect};
+  uint32_t* mask = arena_.make<uint32_t>(list.capacity);
+  for (uint32_t i = 0; i < n; ++i) mask[entries[i]] = maskOf(list, entries[i], false);
+  return {trace::kSeenByIndirect, mask};
+}
+
+MediaSight GroupState::mediaInShadows(const RayList& list, uint32_t n, const uint32_t* entries) {
+  constexpr uint32_t kShadows = trace::kSeenByOpaqueShadow | trace::kSeenByClearShadow;
+  const VertexState& left = ListHost::of(list).left;
+  if (!world_.space->hasSubsets || !left.traceSet) return {kShadows};
+  uint32_t* mask = arena_.make<uint32_t>(list.capacity);
+  for (uint32_t i = 0; i < n; ++i) {
+    const TraceSet& set = world_.traceSets[left.traceSet[entries[i]]];
+    mask[entries[i]] = set.opaqueShadow | set.clearShadow;
+  }
+  return {kShadows, mask};
+}
+
 void GroupState::closestInSets(const RayList& list, bool clearShadow, uint32_t n, const uint32_t* entries) {
   closestByMask(
       list, [&](uint32_t entry) { return maskOf(list, entry, clearShadow); }, n, entries);

@@ -122,6 +122,38 @@ TEST(Unified, SaysWhatHasNoEffect) {
   EXPECT_TRUE(film == filmOf("PxrUnified", kCommon));
 }
 
+// What belongs to the other way of rendering is told, where a scene asks for it.
+TEST(Unified, SaysWhatHasNoEffectWithLightPathsOrWithout) {
+  struct Case {
+    const char *name, *value;
+    bool isOfForward;
+  };
+  const std::string usual = "integrator.maxRayDistance";
+  for (const Case& c :
+       {Case{"numIndirectSamples", "2", true}, Case{"catchAllLights", "0.5", true}, Case{"causticClamp", "3", true},
+        Case{"manifoldWalk", "1", true}, Case{"maxRayDistance", "50", true}, Case{"risPathGuiding", "1", true},
+        Case{"numLightCandidates", "2", true}, Case{"numVolumeAggregateSamples", "2", true},
+        Case{"rouletteLightDepth", "3", false}, Case{"mergeMedia", "1", false}, Case{"keptPaths", "0.5", false}})
+    for (const bool isForward : {true, false}) {
+      Workshop stage;
+      render::Settings s;
+      s.threads = 1;
+      s.integrator = "PxrUnified";
+      s.sets = {{std::string("integrator.") + c.name, c.value},
+                {"integrator.traceLightPaths", isForward ? "0" : "1"}};
+      stage.load(sceneOf(room(kPoint, kGrey), stage.messages), s);
+      const bool isTold = stage.said.find("PARAM-NO-EFFECT") != std::string::npos &&
+                          stage.said.find("'" + std::string(c.name) + "'") != std::string::npos;
+      EXPECT_EQ(isTold, c.isOfForward != isForward) << c.name << " " << stage.said;
+    }
+  // nor what is as it is anyway, or off
+  for (const char* distance : {"10000", "0", "1e30"}) {
+    std::string said;
+    filmOf("PxrUnified", with({{usual, distance}, {"integrator.traceLightPaths", "1"}}), &said);
+    EXPECT_EQ(said, "") << distance;
+  }
+}
+
 TEST(Unified, TakesTheDefaultForAChoiceThatThereIsNot) {
   std::string said;
   const auto film = filmOf("PxrUnified", with({{"integrator.traceLightPaths", "7"}}), &said);

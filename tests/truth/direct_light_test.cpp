@@ -337,6 +337,12 @@ TEST(DirectLight, LightsThatChangeTheirSizeAreTold) {
   EXPECT_EQ(messages("", "Scale 1 1 1", "Scale 1 2 1"), 0);
 }
 
+// E of a square of side 1 that emits 1, seen from a distance h over its centre.
+double ofSquare(double h) {
+  const double q = std::sqrt(0.25 + h * h);
+  return 2 / q * std::atan(0.5 / q);
+}
+
 // What lights of geometry lack is told, and the picture says what stands in.
 TEST(DirectLight, GeometryThatLightsDoNotFollowIsTold) {
   const std::string square = "Polygon \"P\" [-.5 -.5 0  .5 -.5 0  .5 .5 0  -.5 .5 0]\n";
@@ -355,25 +361,41 @@ TEST(DirectLight, GeometryThatLightsDoNotFollowIsTold) {
     EXPECT_TRUE(std::any_of(render.messages().begin(), render.messages().end(), told)) << geometry;
     return overPixels(render.channel("Ci")).mean();
   };
-  // E of a square of side 1 seen from a distance h over its centre
-  const auto ofSquare = [](double h) {
-    const double q = std::sqrt(0.25 + h * h);
-    return 2 / q * std::atan(0.5 / q);
-  };
-  const std::string key =
-      "MotionBegin [0 1] " + square + "Polygon \"P\" [-.5 -.5 -1  .5 -.5 -1  .5 .5 -1  -.5 .5 -1] MotionEnd\n";
-  EXPECT_NEAR(radiance(key, "deforms"), ofSquare(1.5) / kPi, 0.01 * ofSquare(1.5) / kPi);
-  // both at once: of the shape in the middle of the shutter
-  EXPECT_NEAR(radiance("Attribute \"displacementbound\" \"float sphere\" [1]\n"
-                       "Displace \"PxrDisplace\" \"d\" \"vector dispVector\" [0 0 0.5]\n" +
-                           key,
-                       "displaced"),
-              ofSquare(1.5) / kPi, 0.01 * ofSquare(1.5) / kPi);
   for (const char* strand : {"Points \"P\" [0 0 0] \"constant float constantwidth\" [1]\n",
                              "Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 0 1 0] \"constantwidth\" [.1]\n"})
     EXPECT_EQ(radiance(strand, "surfaces"), 0);
   const double inSolid = radiance("SolidBegin \"primitive\" " + square + "SolidEnd\n", "solid");
   EXPECT_NEAR(inSolid, ofSquare(1) / kPi, 0.01 * ofSquare(1) / kPi);
+}
+
+// A square goes away from what it lights while the shutter is open, displaced besides or not, and nothing is told.
+TEST(DirectLight, DeformingGeometryShinesFromWhereItIs) {
+  const auto radiance = [](const std::string& shutter, const std::string& attributes) {
+    RenderRequest r;
+    r.rib = shutter + whitePlane(
+                          "AttributeBegin Attribute \"visibility\" \"int camera\" [0] Light "
+                          "\"PxrMeshLight\" \"m\" \"float intensity\" [1]\n" +
+                              attributes +
+                              "MotionBegin [0 1] Polygon \"P\" [-.5 -.5 0  .5 -.5 0  .5 .5 0  -.5 .5 0]\n"
+                              "Polygon \"P\" [-.5 -.5 -1  .5 -.5 -1  .5 .5 -1  -.5 .5 -1] MotionEnd\nAttributeEnd\n",
+                          unbiased(0));
+    SceneRender render(r);
+    EXPECT_TRUE(render.ok());
+    for (const std::string& m : render.messages()) EXPECT_EQ(m.find("LIGHT-GEOMETRY"), std::string::npos) << m;
+    return overPixels(render.channel("Ci")).mean();
+  };
+  const auto mean = [](double from, double to) {
+    double sum = 0;
+    for (int i = 0; i < 1000; ++i) sum += ofSquare(from + (to - from) * (i + 0.5) / 1000) / 1000;
+    return sum / kPi;
+  };
+  EXPECT_NEAR(radiance("Shutter 0 1\n", ""), mean(1, 2), 0.01 * mean(1, 2));
+  EXPECT_NEAR(radiance("Shutter 0.5 1\n", ""), mean(1.5, 2), 0.01 * mean(1.5, 2));
+  EXPECT_NEAR(radiance("Shutter 0.25 0.25\n", ""), mean(1.25, 1.25), 0.01 * mean(1.25, 1.25));
+  EXPECT_NEAR(radiance("Shutter 0 1\n",
+                       "Attribute \"displacementbound\" \"float sphere\" [1]\n"
+                       "Displace \"PxrDisplace\" \"d\" \"vector dispVector\" [0 0 -0.5] \"float dispScalar\" [0]\n"),
+              mean(1.5, 2.5), 0.01 * mean(1.5, 2.5));
 }
 
 // A square goes away from what it lights, and nothing is told.

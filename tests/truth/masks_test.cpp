@@ -128,33 +128,68 @@ TEST(Subsets, RaysSeeTheGroupsTheyAreTold) {
   EXPECT_EQ(messages, 1);
 }
 
-// Media are there for the rays of all objects, which is told once, where a subset would have left one out.
-TEST(Subsets, AreOfSurfacesAndSaySo) {
-  const auto told = [](const std::string& wall, const std::string& more = "") {
+// The same of media: fog between the wall and what lights it dims, glows and is seen for the rays of those objects alone
+// whose subsets it is a member of, whether its boundary is a box or a mesh.
+TEST(Subsets, MediaAreMembersAsSurfacesAre) {
+  const std::string sun = "Light \"PxrDistantLight\" \"l\" \"float intensity\" [1000] \"float angleExtent\" [1]\n";
+  const std::string behind =
+      "Attribute \"visibility\" \"int camera\" [0] \"int transmission\" [0]\n" + glow("1 1 1") + sheet(-2);
+  const std::string absorbs = "\"color diffuseColor\" [0 0 0] \"color densityColor\" [2 2 2]";
+  const std::string glows = "\"float densityFloat\" [0] \"color emitColor\" [1 1 1]";
+  const auto mean = [](const std::string& light, const std::string& walls, const std::string& material,
+                       const std::string& shape, bool isSeen = false) {
     RenderRequest r;
-    r.rib = orthographic(4, 1e-3, 4) + unbiased(0) +
-            "WorldBegin\nLight \"PxrDistantLight\" \"l\"\nBxdf \"PxrDiffuse\" \"white\"\nAttributeBegin\n" + wall +
-            sheet(1) + sheet(2) + "AttributeEnd\nAttribute \"grouping\" \"string membership\" [\"fog\"]\n" + more +
-            "Bxdf \"PxrVolume\" \"fog\"\nVolume \"box\" [-1 1 -1 1 .2 .6] [0 0 0]\n" +
-            "Volume \"box\" [-1 1 -1 1 .4 .8] [0 0 0]\nWorldEnd\n";
+    r.rib = orthographic(8, 1e-3, 64) + unbiased(1) +
+            "WorldBegin\nBxdf \"PxrDiffuse\" \"white\" \"color diffuseColor\" [1 1 1]\n" + walls +
+            "AttributeBegin\nAttribute \"grouping\" \"string membership\" [\"fog\"]\nAttribute \"visibility\" \"int "
+            "camera\" [" +
+            (isSeen ? "1" : "0") + "]\nBxdf \"PxrVolume\" \"fog\" " + material + "\nVolume \"" + shape +
+            "] [0 0 0]\nAttributeEnd\n" + light + "WorldEnd\n";
     SceneRender render(r);
-    return messagesOf(render, "RENDER-TRACE-MEDIUM");
+    return overPixels(render.channel("Ci")).mean();
   };
-  const auto trace = [](const std::string& name) {
-    return "Attribute \"trace\" \"string " + name + "\" [\"fog\"]\n";
+  const auto asking = [](const std::string& name, double x0 = -50, double x1 = 50) {
+    return "AttributeBegin\nAttribute \"trace\" \"string " + name + "\" [\"fog\"]\n" + sheet(1, x0, x1) +
+           "AttributeEnd\n";
   };
-  EXPECT_EQ(told(""), 0);
-  EXPECT_EQ(told(trace("shadowexcludesubset")), 1);
-  EXPECT_EQ(told(trace("reflectexcludesubset")), 1);
-  EXPECT_EQ(told(trace("shadowsubset")), 0) << "it is a member";
-  EXPECT_EQ(told(trace("shadowexcludesubset"), "Attribute \"visibility\" \"int transmission\" [0]\n"), 0);
+  const std::string slab = "box\" [-60 60 -60 60 .2 .6";
+  const double s = std::sin(0.5 * 3.14159265358979 / 180), lit = 1000 * s * s, left = std::exp(-2 * 0.4);
+
+  for (const std::string& shape : {slab, std::string("ellipsoid\" [-1 1 -1 1 .2 .6")}) {
+    const auto inTheSun = [&](const std::string& walls) { return mean(sun, walls, absorbs, shape) / lit; };
+    EXPECT_NEAR(inTheSun(sheet(1)), left, 0.02) << shape;
+    EXPECT_NEAR(inTheSun(asking("shadowexcludesubset")), 1, 0.02) << shape;
+    EXPECT_NEAR(inTheSun(asking("shadowsubset")), left, 0.02) << "it is a member";
+    EXPECT_NEAR(inTheSun(asking("reflectexcludesubset")), left, 0.02) << "lights are found by shadows' rules";
+    // of rays in one group some know of it
+    EXPECT_NEAR(inTheSun(asking("shadowexcludesubset", -50, 0) + sheet(1, 0, 50)), (1 + left) / 2, 0.02) << shape;
+  }
+  EXPECT_NEAR(mean(sun, asking("shadowexcludesubset"), absorbs, slab, true) / lit, left, 0.03)
+      << "the camera sees it all the same";
+
+  // what diffuse rays bring through a slab: twice the exponential integral E3 of its depth
+  double diffuse = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double cosine = (i + 0.5) / 1000;
+    diffuse += 2 * cosine * std::exp(-0.8 / cosine) / 1000;
+  }
+  EXPECT_NEAR(mean(behind, sheet(1), absorbs, slab), diffuse, 0.03);
+  EXPECT_NEAR(mean(behind, asking("reflectexcludesubset"), absorbs, slab), 1, 0.01);
+  EXPECT_NEAR(mean(behind, asking("transmitexcludesubset"), absorbs, slab), diffuse, 0.03);
+  EXPECT_NEAR(mean(behind, asking("shadowexcludesubset"), absorbs, slab), diffuse, 0.03);
+
+  // what it emits: along a ray its length, by cosine twice its thickness; light samples find no more than rays do
+  EXPECT_NEAR(mean("", sheet(1), glows, slab), 0.8, 0.08);
+  EXPECT_NEAR(mean("", asking("shadowexcludesubset"), glows, slab), 0.8, 0.08);
+  EXPECT_NEAR(mean("", asking("reflectexcludesubset"), glows, slab), 0, 1e-6);
 }
 
 // What a pane of glass lets through is its transmitted rays.
 TEST(Subsets, TransmittedRays) {
-  const auto mean = [](const std::string& pane) {
+  const auto mean = [](const std::string& pane, const std::string& more = "") {
     RenderRequest r;
-    r.rib = orthographic(8, 1e-3, 16) + unbiased(4) + "WorldBegin\nAttributeBegin\n" + pane +
+    r.rib = orthographic(8, 1e-3, more.empty() ? 16 : 64) + unbiased(4) + "WorldBegin\n" + more + "AttributeBegin\n" +
+            pane +
             "Bxdf \"PxrSurface\" \"glass\" \"float diffuseGain\" [0] \"float refractionGain\" [1] \"float "
             "reflectionGain\" [0] "
             "\"float glassRoughness\" [0] \"float glassIor\" [1]\n" +
@@ -169,6 +204,15 @@ TEST(Subsets, TransmittedRays) {
   EXPECT_NEAR(mean("Attribute \"trace\" \"string transmitsubset\" [\"far\"]\n"), 3, 0.03);
   EXPECT_NEAR(mean("Attribute \"trace\" \"string transmitexcludesubset\" [\"near\"]\n"), 3, 0.03);
   EXPECT_NEAR(mean("Attribute \"trace\" \"string reflectsubset\" [\"far\"]\n"), 1, 0.01);
+  // and fog behind the pane is in their way, or not
+  const std::string fog =
+      "Bxdf \"PxrVolume\" \"fog\" \"color diffuseColor\" [0 0 0] \"color densityColor\" [2 2 2]\n"
+      "AttributeBegin\nAttribute \"grouping\" \"string membership\" [\"fog\"]\n"
+      "Volume \"box\" [-9 9 -9 9 1.2 1.6] [0 0 0]\nAttributeEnd\n";
+  const double left = std::exp(-2 * 0.4);
+  EXPECT_NEAR(mean("", fog), left, 0.03);
+  EXPECT_NEAR(mean("Attribute \"trace\" \"string transmitexcludesubset\" [\"fog\"]\n", fog), 1, 0.01);
+  EXPECT_NEAR(mean("Attribute \"trace\" \"string reflectexcludesubset\" [\"fog\"]\n", fog), left, 0.03);
 }
 
 // A sphere of few polygons with its true normals, lit from the side. Facets near the terminator that are turned away

@@ -11,6 +11,7 @@
 #include <kinora/named_values.h>
 
 #include <string>
+#include <string_view>
 
 #include "plugins/integrator/parts/path_parameters.h"
 namespace kinora::pxrUnified {
@@ -96,9 +97,11 @@ constexpr Param kParams[] = {
     pathParameters::kMaxNonStochasticOpacityEvents,
     param::number("maxRayDistance", 10000.f)
         .range(0, 1e30f)
-        .help("Surfaces farther than this from where a ray starts are not met by indirect and shadow rays, units of "
-              "the "
-              "world; lights are. 0 and 1e30 are off. With traceLightPaths 0."),
+        .help(
+            "Surfaces farther than this from where a ray starts are not met by indirect and shadow rays, units of "
+            "the "
+            "world; lights are. 0 and 1e30 are off. With traceLightPaths 0: a light path that passes what is farther "
+            "from the point that it lights would have to light what is in between as well."),
     pathParameters::kNumVolumeAggregateSamples,
     param::integer("photonAdaptive", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
     param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect: all within the radius count."),
@@ -130,6 +133,31 @@ constexpr Param kParams[] = {
         .help("No effect: bounces are counted by maxIndirectBounces, for all objects and lobes alike."),
 };
 
+// Parameters of one way of rendering alone: where light paths are traced, and where none are. One that a scene sets is
+// told where it does nothing, but not what only refines another (maxInterfaces, mediaRadius), which exporters write always.
+constexpr const char* kOfForward[] = {"numIndirectSamples", "catchAllLights",           "causticClamp",
+                                      "manifoldWalk",       "maxRayDistance",           "risPathGuiding",
+                                      "numLightCandidates", "numVolumeAggregateSamples"};
+constexpr const char* kOfLightPaths[] = {"rouletteLightDepth", "mergeMedia", "keptPaths"};
+
+inline void warnOfIdle(const NamedValues& v, bool isForward) {
+  std::string names;
+  const auto look = [&](const char* name) {
+    const Param& p = pathParameters::named(kParams, name);
+    const double x = v.number(name);
+    const bool isOff = std::string_view(name) == "maxRayDistance" && (x <= 0 || x >= 1e30);
+    if (v.given(name) && float(x) != float(p.value[0]) && !isOff)
+      names += (names.empty() ? "'" : ", '") + std::string(name) + "'";
+  };
+  if (isForward)
+    for (const char* name : kOfLightPaths) look(name);
+  else
+    for (const char* name : kOfForward) look(name);
+  if (names.empty()) return;
+  const char* where = isForward ? "where traceLightPaths is 0: " : "where light paths are traced: ";
+  v.warn("PARAM-NO-EFFECT", "parameters without effect " + (where + names), "ignored");
+}
+
 struct Data {
   bool isForward;
   PathLoopOptions forward;
@@ -144,6 +172,7 @@ struct Data {
       light = 0;
     }
     isForward = light == 0;
+    warnOfIdle(v, isForward);
     both.connects = light & 1;
     both.merges = light & 2;
     const float threshold = float(v.number("rouletteThreshold")), most = float(v.number("indirectClamp"));

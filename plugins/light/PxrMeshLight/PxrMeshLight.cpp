@@ -2,7 +2,8 @@
 // triangle by inversion of the areas' sums, then a point in it. Each triangle keeps the density with which it is
 // really chosen (sums are rounded), so that sample and evaluate agree exactly. A ray meets the first triangle whose
 // emitting side it sees; what lies behind it on the same ray belongs to nobody, so sample() rejects points that the
-// light itself hides.
+// light itself hides. Where triangles move while the shutter is open each is chosen by its area averaged over the keys,
+// whatever the time, and its points are as dense as its area at that time says.
 #define KINORA_KERNEL_FILE "plugins/light/PxrMeshLight/PxrMeshLight.cpp"
 #include <kinora/light_mesh.h>
 #include <kinora/light_setup.h>
@@ -24,7 +25,7 @@ struct Data {
   Triangles triangles;
   TriangleTree tree;
   std::vector<float> cdf;      // count + 1
-  std::vector<float> density;  // of points on each triangle, per area
+  std::vector<float> density;  // of points on each triangle, per area; of moving ones the chance of each
   int32_t steps = 0;           // of the binary search
   bool convex = false;         // no point of the emitting side hides another
   Double3 center;
@@ -34,13 +35,29 @@ struct Data {
 
 constexpr double kPi = 3.14159265358979323846;
 
-Double3 corner(const LightMesh& m, uint32_t index) {
-  return {m.P[3 * size_t(index)], m.P[3 * size_t(index) + 1], m.P[3 * size_t(index) + 2]};
+Double3 corner(const LightMesh& m, uint32_t key, uint32_t index) {
+  const float* p = m.P + 3 * (size_t(key) * m.vertexCount + index);
+  return {p[0], p[1], p[2]};
 }
 
-// Triangles with area; returns how many had none or were broken.
+// A triangle at a key.
+struct Facet {
+  Double3 p[3], e1, e2, n;
+  double twice = 0;  // its area, twice
+  Facet(const LightMesh& m, uint32_t key, const uint32_t* v)
+      : p{corner(m, key, v[0]), corner(m, key, v[1]), corner(m, key, v[2])},
+        e1(p[1] - p[0]),
+        e2(p[2] - p[0]),
+        n(cross(e1, e2)),
+        twice(length(n)) {}
+  bool isFinite() const { return std::isfinite(twice) && std::isfinite(length(p[0])); }
+  bool hasArea() const { return twice > 1e-30 && twice > 1e-7 * length(e1) * length(e2); }
+};
+
+// Triangles with area at some key; returns how many had none or were broken.
 uint32_t gatherTriangles(const LightMesh& m, Data& k) {
   uint32_t left = 0;
+  std::vector<Triangles> byKey(m.keyCount);
   Double3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   for (uint32_t i = 0; i < m.triangleCount; ++i) {
     const uint32_t* v = m.triangles + 3 * size_t(i);
@@ -48,26 +65,45 @@ uint32_t gatherTriangles(const LightMesh& m, Data& k) {
       ++left;
       continue;
     }
-    const Double3 p[3] = {corner(m, v[0]), corner(m, v[1]), corner(m, v[2])};
-    const Double3 e1 = p[1] - p[0], e2 = p[2] - p[0], n = cross(e1, e2);
-    const double twice = length(n);
-    if (!std::isfinite(twice) || !(twice > 1e-30) || !(twice > 1e-7 * length(e1) * length(e2))) {
+    bool isFinite = true, hasArea = false;
+    for (uint32_t key = 0; key < m.keyCount; ++key) {
+      const Facet f(m, key, v);
+      isFinite &= f.isFinite();
+      hasArea |= f.hasArea();
+    }
+    if (!isFinite || !hasArea) {
       ++left;
       continue;
     }
-    const double parts[4][3] = {
-        {p[0].x, p[0].y, p[0].z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, {n.x / twice, n.y / twice, n.z / twice}};
-    for (int c = 0; c < 3; ++c) {
-      k.triangles.v0[c].push_back(float(parts[0][c]));
-      k.triangles.e1[c].push_back(float(parts[1][c]));
-      k.triangles.e2[c].push_back(float(parts[2][c]));
-      k.triangles.normal[c].push_back(float(parts[3][c]));
-    }
-    for (const Double3& q : p) {
-      low = {std::fmin(low.x, q.x), std::fmin(low.y, q.y), std::fmin(low.z, q.z)};
-      high = {std::fmax(high.x, q.x), std::fmax(high.y, q.y), std::fmax(high.z, q.z)};
+    for (uint32_t key = 0; key < m.keyCount; ++key) {
+      const Facet f(m, key, v);
+      const double parts[3][3] = {{f.p[0].x, f.p[0].y, f.p[0].z}, {f.e1.x, f.e1.y, f.e1.z}, {f.e2.x, f.e2.y, f.e2.z}};
+      const double n[3] = {f.n.x, f.n.y, f.n.z}, twice = f.twice > 0 ? f.twice : 1;
+      Triangles& to = byKey[key];
+      for (int c = 0; c < 3; ++c) {
+        to.v0[c].push_back(float(parts[0][c]));
+        to.e1[c].push_back(float(parts[1][c]));
+        to.e2[c].push_back(float(parts[2][c]));
+        to.normal[c].push_back(float(n[c] / twice));
+      }
+      for (const Double3& q : f.p) {
+        low = {std::fmin(low.x, q.x), std::fmin(low.y, q.y), std::fmin(low.z, q.z)};
+        high = {std::fmax(high.x, q.x), std::fmax(high.y, q.y), std::fmax(high.z, q.z)};
+      }
     }
   }
+  k.triangles = std::move(byKey[0]);
+  k.triangles.keyCount = m.keyCount;
+  for (uint32_t key = 1; key < m.keyCount; ++key)
+    for (int c = 0; c < 3; ++c) {
+      const auto append = [](std::vector<float>& to, const std::vector<float>& x) {
+        to.insert(to.end(), x.begin(), x.end());
+      };
+      append(k.triangles.v0[c], byKey[key].v0[c]);
+      append(k.triangles.e1[c], byKey[key].e1[c]);
+      append(k.triangles.e2[c], byKey[key].e2[c]);
+      append(k.triangles.normal[c], byKey[key].normal[c]);
+    }
   if (k.triangles.count()) {
     k.center = (low + high) * 0.5;
     k.radius = length(high - low) * 0.5;
@@ -77,11 +113,11 @@ uint32_t gatherTriangles(const LightMesh& m, Data& k) {
 
 Double3 get(const std::vector<float> v[3], uint32_t i) { return {v[0][i], v[1][i], v[2][i]}; }
 
-// Whether every triangle lies behind every other's plane, or in it; asked of small lights only.
+// Whether every triangle lies behind every other's plane, or in it; asked of small lights that stay as they are only.
 bool isConvex(const Data& k) {
   const Triangles& t = k.triangles;
   constexpr uint32_t kMost = 1024;
-  if (t.count() > kMost) return false;
+  if (t.moves() || t.count() > kMost) return false;
   for (uint32_t i = 0; i < t.count(); ++i) {
     const Double3 n = get(t.normal, i), o = get(t.v0, i);
     for (uint32_t j = 0; j < t.count(); ++j) {
@@ -96,13 +132,20 @@ bool isConvex(const Data& k) {
 void buildDistribution(Data& k) {
   const Triangles& t = k.triangles;
   std::vector<double> area(t.count());
-  for (uint32_t i = 0; i < t.count(); ++i) k.area += area[i] = 0.5 * length(cross(get(t.e1, i), get(t.e2, i)));
+  for (uint32_t i = 0; i < t.count(); ++i) {
+    for (uint32_t key = 0; key < t.keyCount; ++key) {
+      const uint32_t at = key * t.count() + i;
+      area[i] += 0.5 * length(cross(get(t.e1, at), get(t.e2, at)));
+    }
+    k.area += area[i] /= t.keyCount;
+  }
   double sum = 0;
   k.cdf.push_back(0);
   for (uint32_t i = 0; i < t.count(); ++i) {
     sum += area[i];
     k.cdf.push_back(i + 1 == t.count() ? 1.f : std::fmin(1.f, float(sum / k.area)));
-    k.density.push_back(float((double(k.cdf[i + 1]) - k.cdf[i]) / area[i]));
+    const double chance = double(k.cdf[i + 1]) - k.cdf[i];
+    k.density.push_back(float(t.moves() ? chance : chance / area[i]));
   }
   while ((int64_t(1) << k.steps) < t.count()) ++k.steps;
 }
@@ -139,7 +182,8 @@ void describe(const void* data, LightDescription* d) {
   if (!k.triangles.count()) return;
   Double3 mean;
   LightBox box;
-  for (uint32_t i = 0; i < k.triangles.count(); ++i) {
+  const uint32_t count = k.triangles.count();
+  for (uint32_t i = 0; i < count * k.triangles.keyCount; ++i) {
     const Double3 v0 = get(k.triangles.v0, i), e1 = get(k.triangles.e1, i), e2 = get(k.triangles.e2, i);
     mean = mean + cross(e1, e2) * 0.5;
     for (const Double3& p : {v0, v0 + e1, v0 + e2}) box.add(p);
@@ -148,7 +192,17 @@ void describe(const void* data, LightDescription* d) {
   // normals that point apart are those of a closed surface
   mean = normalized(mean);
   double least = 1;
-  for (uint32_t i = 0; i < k.triangles.count(); ++i) least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
+  for (uint32_t i = 0; i < count * k.triangles.keyCount; ++i)
+    least = std::fmin(least, dot(get(k.triangles.normal, i), mean));
+  // Between two keys a normal goes by a parabola: it keeps to the cone of that one's three corners, where the cone is no
+  // wider than a hemisphere.
+  for (uint32_t i = 0; i + count < count * k.triangles.keyCount; ++i) {
+    const Double3 a = get(k.triangles.e1, i), b = get(k.triangles.e2, i);
+    const Double3 c = get(k.triangles.e1, i + count), d = get(k.triangles.e2, i + count);
+    const Double3 middle = cross(a, d) + cross(c, b);
+    if (length(middle) > 0) least = std::fmin(least, dot(normalized(middle), mean));
+  }
+  if (k.triangles.moves() && least < 0) least = -1;
   describeEmission(*d, k.shaping, least > -0.9 ? mean : Double3{}, least);
 }
 
@@ -207,28 +261,59 @@ KN_INLINE Int<W> find(const Data& k, Float<W> u) {
   return low;
 }
 
-// Evenly in a triangle (Turk, "Generating Random Points in Triangles", Graphics Gems, 1990).
+// Triangles of the lanes at their times.
 template <int W>
-KN_INLINE Vec3<W> pointIn(const Data& k, Int<W> triangle, Float<W> u, Float<W> v) {
-  using F = Float<W>;
-  const F root = sqrt(u), b1 = root * (F(1.f) - v), b2 = root * v;
-  return fma(at<W>(k.triangles.e1, triangle), b1,
-             fma(at<W>(k.triangles.e2, triangle), b2, at<W>(k.triangles.v0, triangle)));
-}
+struct Facets {
+  Vec3<W> v0, e1, e2, N;
+  Float<W> density;  // of points, per area
+  KN_INLINE Facets(const Data& k, Int<W> triangle, Float<W> time) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const Triangles& t = k.triangles;
+    density = gather(k.density.data(), triangle);
+    if (!t.moves()) {
+      v0 = at<W>(t.v0, triangle);
+      e1 = at<W>(t.e1, triangle);
+      e2 = at<W>(t.e2, triangle);
+      N = at<W>(t.normal, triangle);
+      return;
+    }
+    // as TriangleKeys has them
+    const F x = zeroUnless(time > F(0.f), min(time, F(1.f))) * F(float(t.keyCount - 1));
+    const F key = min(floor(x), F(float(t.keyCount - 2))), part = x - key;
+    const I first = toInt(key) * I(int32_t(t.count())) + triangle, second = first + I(int32_t(t.count()));
+    v0 = lerp(at<W>(t.v0, first), at<W>(t.v0, second), part);
+    e1 = lerp(at<W>(t.e1, first), at<W>(t.e1, second), part);
+    e2 = lerp(at<W>(t.e2, first), at<W>(t.e2, second), part);
+    N = cross(e1, e2);
+    // one without area has no side that is seen
+    const F twice = max(length(N), F(1e-30f));
+    N = N * (F(1.f) / twice);
+    density = density * (F(2.f) / twice);
+  }
+  // Evenly in them (Turk, "Generating Random Points in Triangles", Graphics Gems, 1990).
+  KN_INLINE Vec3<W> point(Float<W> u, Float<W> v) const {
+    using F = Float<W>;
+    const F root = sqrt(u), b1 = root * (F(1.f) - v), b2 = root * v;
+    return fma(e1, b1, fma(e2, b2, v0));
+  }
+};
 
 // One ray after the other through the tree: first triangles (as they are where none) and distances.
 template <int W>
-inline Mask<W> firstHits(const Data& k, Vec3<W> o, Vec3<W> d, Float<W> tMax, Int<W>& triangle, Float<W>& t) {
-  alignas(64) float os[3][W], ds[3][W], most[W], ts[W], found[W];
+inline Mask<W> firstHits(const Data& k, Vec3<W> o, Vec3<W> d, Float<W> time, Float<W> tMax, Int<W>& triangle,
+                         Float<W>& t) {
+  alignas(64) float os[3][W], ds[3][W], times[W], most[W], ts[W], found[W];
   alignas(64) int32_t is[W];
   float* const op[3] = {os[0], os[1], os[2]};
   float* const dp[3] = {ds[0], ds[1], ds[2]};
   o.store(op, 0);
   d.store(dp, 0);
+  time.store(times);
   tMax.store(most);
   for (int i = 0; i < W; ++i) {
     const float from[3] = {os[0][i], os[1][i], os[2][i]}, way[3] = {ds[0][i], ds[1][i], ds[2][i]};
-    const uint32_t hit = k.tree.first(k.triangles, from, way, most[i], ts[i]);
+    const uint32_t hit = k.tree.first(k.triangles, from, way, times[i], most[i], ts[i]);
     found[i] = hit != TriangleTree::kNone ? 1.f : 0.f;
     is[i] = hit != TriangleTree::kNone ? int32_t(hit) : 0;
   }
@@ -239,7 +324,7 @@ inline Mask<W> firstHits(const Data& k, Vec3<W> o, Vec3<W> d, Float<W> tMax, Int
 
 struct PxrMeshLight {
   using Data = pxrMeshLight::Data;
-  static constexpr bool kIntersects = true;
+  static constexpr bool kIntersects = true, kDeforms = true;
 
   template <int W>
   static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> cosine) {
@@ -253,28 +338,29 @@ struct PxrMeshLight {
     const Int<W> triangle = find<W>(k, in.u);
     const F c0 = gather(k.cdf.data(), triangle), c1 = gather(k.cdf.data(), triangle + Int<W>(1));
     const F u = clamp((in.u - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
-    const Vec3<W> to = pointIn<W>(k, triangle, u, in.v) - in.P;
+    const Facets<W> on(k, triangle, in.time);
+    const Vec3<W> to = on.point(u, in.v) - in.P;
     const F d2 = dot(to, to), distance = sqrt(d2);
     out.wi = to * (F(1.f) / max(distance, F(1e-30f)));
     out.distance = distance;
-    const F cosine = -dot(out.wi, at<W>(k.triangles.normal, triangle));
+    const F cosine = -dot(out.wi, on.N);
     Mask<W> seen = cosine > F(0.f);
     if (!k.convex && seen.any()) {
       Int<W> first;
       F t;
-      const Mask<W> hit = firstHits<W>(k, in.P, out.wi, distance * F(1.f - 1e-4f), first, t);
+      const Mask<W> hit = firstHits<W>(k, in.P, out.wi, in.time, distance * F(1.f - 1e-4f), first, t);
       seen &= !(hit & (first != triangle));
     }
-    out.pdf = zeroUnless(seen, gather(k.density.data(), triangle) * d2 / max(cosine, F(1e-30f)));
+    out.pdf = zeroUnless(seen, on.density * d2 / max(cosine, F(1e-30f)));
     out.radiance = radiance<W>(k, cosine);
   }
 
   template <int W>
-  static Mask<W> intersect(const Data& k, Vec3<W> o, Vec3<W> d, Float<W>& t) {
+  static Mask<W> intersect(const Data& k, const LightRay<W>& ray, Float<W>& t) {
     if (k.isBlack) return Mask<W>(false);
     Int<W> triangle;
     Float<W> found;
-    const Mask<W> hit = firstHits<W>(k, o, d, t, triangle, found);
+    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, ray.time, t, triangle, found);
     t = select(hit, found, t);
     return hit;
   }
@@ -285,11 +371,12 @@ struct PxrMeshLight {
     if (k.isBlack) return;
     Int<W> triangle;
     F t;
-    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, F(3e38f), triangle, t);
-    const F cosine = -dot(ray.d, at<W>(k.triangles.normal, triangle));
+    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, ray.time, F(3e38f), triangle, t);
+    const Facets<W> on(k, triangle, ray.time);
+    const F cosine = -dot(ray.d, on.N);
     const Mask<W> lit = hit & (cosine > F(0.f));
     l = zeroUnless(lit, radiance<W>(k, cosine));
-    pdf = zeroUnless(lit, gather(k.density.data(), triangle) * (t * t) / max(cosine, F(1e-30f)));
+    pdf = zeroUnless(lit, on.density * (t * t) / max(cosine, F(1e-30f)));
   }
 
   template <int W>
@@ -299,22 +386,23 @@ struct PxrMeshLight {
     const Int<W> triangle = find<W>(k, in.u0);
     const F c0 = gather(k.cdf.data(), triangle), c1 = gather(k.cdf.data(), triangle + Int<W>(1));
     const F u = clamp((in.u0 - c0) / max(c1 - c0, F(1e-30f)), F(0.f), F(1.f));
-    out.o = pointIn<W>(k, triangle, u, in.u1);
-    out.N = at<W>(k.triangles.normal, triangle);
+    const Facets<W> on(k, triangle, in.time);
+    out.o = on.point(u, in.u1);
+    out.N = on.N;
     F a, b;
     concentricDisk(in.u2, in.u3, a, b);
     a *= F(k.shaping.sinCone);
     b *= F(k.shaping.sinCone);
     const F cosine = safeSqrt(fnma(a, a, fnma(b, b, F(1.f))));
     out.d = Frame<W>(out.N).toWorld({a, b, cosine});
-    out.pdfPosition = gather(k.density.data(), triangle);
+    out.pdfPosition = on.density;
     out.pdfDirection = cosine * F(kInvPi / (k.shaping.sinCone * k.shaping.sinCone));
     out.radiance = radiance<W>(k, cosine);
     if (!k.convex) {
       // what leaves into the light's own emitting side stays there: nobody sees it behind what lies in front
       Int<W> first;
       F t;
-      const Mask<W> blocked = firstHits<W>(k, out.o + out.d * F(float(4 * k.radius)), -out.d,
+      const Mask<W> blocked = firstHits<W>(k, out.o + out.d * F(float(4 * k.radius)), -out.d, in.time,
                                            F(float(4 * k.radius * (1 - 1e-4))), first, t) &
                               (first != triangle);
       out.pdfPosition = zeroUnless(!blocked, out.pdfPosition);
@@ -327,9 +415,10 @@ struct PxrMeshLight {
     if (k.isBlack) return;
     Int<W> triangle;
     F t;
-    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, F(3e38f), triangle, t);
-    out.N = at<W>(k.triangles.normal, triangle);
-    out.pdfPosition = zeroUnless(hit, gather(k.density.data(), triangle));
+    const Mask<W> hit = firstHits<W>(k, ray.o, ray.d, ray.time, F(3e38f), triangle, t);
+    const Facets<W> on(k, triangle, ray.time);
+    out.N = on.N;
+    out.pdfPosition = zeroUnless(hit, on.density);
     out.pdfDirection = coneDensity<W>(-dot(ray.d, out.N), F(k.shaping.sinCone));
   }
 };

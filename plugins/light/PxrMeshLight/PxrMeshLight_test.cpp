@@ -1,6 +1,6 @@
 // Proves: one square of two triangles is the rectangle's closed form; a closed convex body and a bowl that hides
-// itself against looking; densities, power, the dark back, many triangles, widths, and what is no geometry. Misses:
-// motion, and how the renderer makes the mesh (tests/truth).
+// itself against looking; densities, power, the dark back, many triangles, widths, what is no geometry, and what deforms
+// against what stands still as it is at that time. Misses: how the renderer makes the mesh (tests/truth).
 #include <kinora/light_mesh.h>
 
 #include "plugins/light/light_testing.h"
@@ -104,6 +104,105 @@ TEST(PxrMeshLight, WidthsGiveTheSameBits) {
   TestLight light(kName, {set("emissionFocus", 2)}, identity(), nullptr, &mesh);
   expectWidthsAgree(light, pointsAround(light, 301));
   expectNoNaN(light);
+}
+
+// At three keys, not on one line.
+struct Bending {
+  static constexpr uint32_t kKeys = 3;
+  Body body = cap(0.2, false, 6, 12);
+  uint32_t vertices = uint32_t(body.points.size() / 3);
+  Bending() {
+    const Body start = body;
+    constexpr double kWide[kKeys] = {1, 1.6, 0.8}, kBent[kKeys] = {0, 0.4, -0.2}, kUp[kKeys] = {0, 0.5, 0.1};
+    body.points.clear();
+    for (uint32_t key = 0; key < kKeys; ++key)
+      for (uint32_t i = 0; i < vertices; ++i) {
+        const double x = start.points[3 * i], y = start.points[3 * i + 1], z = start.points[3 * i + 2];
+        for (double c : {x * kWide[key], y + kBent[key] * x * x, z + kUp[key] * (1 + x)})
+          body.points.push_back(float(c));
+      }
+  }
+  LightMesh mesh() const {
+    return {vertices, uint32_t(body.triangles.size() / 3), body.points.data(), body.triangles.data(), kKeys};
+  }
+  Body at(double time) const {
+    const uint32_t key = time < 0.5 ? 0 : 1;
+    const double part = time * 2 - key;
+    Body b;
+    b.triangles = body.triangles;
+    for (uint32_t i = 0; i < 3 * vertices; ++i) {
+      const double from = body.points[key * 3 * vertices + i], to = body.points[(key + 1) * 3 * vertices + i];
+      b.points.push_back(float(from + part * (to - from)));
+    }
+    return b;
+  }
+};
+
+TEST(PxrMeshLight, WhatDeformsIsAtEachTimeAsWhatStandsStill) {
+  const Bending bending;
+  const LightMesh mesh = bending.mesh();
+  TestLight moving(kName, {}, identity(), nullptr, &mesh);
+  ASSERT_TRUE(moving.made()) << moving.error;
+  const LightDescription& d = moving.description;
+  for (const double time : {0.0, 0.2, 0.5, 0.9}) {
+    const Body body = bending.at(time);
+    const LightMesh then = body.mesh();
+    TestLight still(kName, {}, identity(), nullptr, &then);
+    moving.time = float(time);
+    for (const Vec& p : {Vec{2, 0.3, 1.5}, Vec{0.2, -0.4, 3}}) {
+      const Vec n = unit(Vec{0, 0, 0.5} - p);
+      const double e = irradianceBySampling(still, p, n, 128);
+      EXPECT_GT(e, 0.01);
+      EXPECT_NEAR(irradianceBySampling(moving, p, n, 128), e, 0.015 * e) << time;
+      const Looked looked = lookAround(moving, p, n, n, kPi / 2, 300);
+      EXPECT_NEAR(looked.irradiance, e, 0.03 * e) << time;
+      EXPECT_LE(looked.pdf, 1.02);
+    }
+    const double power = emittedPower(still, 128);
+    EXPECT_NEAR(emittedPower(moving, 128), power, 0.015 * power) << time;
+    const Rays r = sampledAndEvaluated(moving, {{2, 0.3, 1.5}, {0.2, -0.4, 3}}, 500);
+    uint32_t wrong = 0, sampled = 0;
+    for (uint32_t i = 0; i < r.n; ++i) {
+      if (!(r.a[12][i] > 0)) continue;
+      ++sampled;
+      wrong += std::fabs(r.a[16][i] - r.a[12][i]) > 1e-3 * r.a[12][i];
+    }
+    EXPECT_GT(sampled, r.n / 20);
+    EXPECT_LE(wrong, sampled / 100);  // of edges
+    // what is said of it holds
+    for (uint32_t i = 0; i < bending.vertices; ++i)
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_GE(body.points[3 * i + uint32_t(c)], d.low[c]);
+        EXPECT_LE(body.points[3 * i + uint32_t(c)], d.high[c]);
+      }
+    if (d.axis[0] == 0 && d.axis[1] == 0 && d.axis[2] == 0) continue;
+    for (size_t t = 0; t < body.triangles.size(); t += 3) {
+      const auto corner = [&](size_t k) {
+        const float* x = body.points.data() + 3 * size_t(body.triangles[t + k]);
+        return Vec{x[0], x[1], x[2]};
+      };
+      const Vec normal = unit(cross(corner(1) - corner(0), corner(2) - corner(0)));
+      EXPECT_GE(dot(normal, {d.axis[0], d.axis[1], d.axis[2]}), d.cosNormals - 1e-4) << time;
+    }
+  }
+  moving.time = 0.3f;
+  expectWidthsAgree(moving, pointsAround(moving, 101));
+  expectNoNaN(moving);
+}
+
+// A sheet that is folded together at one end of the shutter, and one that shrinks to nothing.
+TEST(PxrMeshLight, WhatHasNoAreaAtTimesIsDarkThen) {
+  Body body = square();
+  for (int i = 0; i < 12; ++i) body.points.push_back(i % 3 == 0 ? 0.f : body.points[size_t(i)]);
+  const LightMesh mesh{4, 2, body.points.data(), body.triangles.data(), 2};
+  TestLight light(kName, {}, identity(), nullptr, &mesh);
+  EXPECT_TRUE(light.warnings.empty());
+  for (const double time : {0.0, 0.5, 1.0}) {
+    light.time = float(time);
+    const double e = irradianceBySampling(light, {0, 0, 3}, {0, 0, -1}, 128);
+    EXPECT_NEAR(e, (1 - time) / 9, 0.06 * (1 - time) + 1e-6) << time;  // about its area by the square of the distance
+    expectNoNaN(light);
+  }
 }
 
 TEST(PxrMeshLight, WhatIsNoGeometryIsBlackWithAMessage) {

@@ -1,4 +1,5 @@
-// The triangles of a mesh light and a tree of boxes over them: which one a ray meets first with its emitting side.
+// The triangles of a mesh light and a tree of boxes over them: which one a ray meets first with its emitting side. Where
+// triangles move boxes hold them at all times of the shutter.
 // Plain code in single precision, one ray at a time: the same bits whoever calls it. Used by PxrMeshLight alone.
 #pragma once
 #include <algorithm>
@@ -11,9 +12,28 @@
 namespace kinora::pxrMeshLight {
 
 struct Triangles {
-  // v0, e1, e2 and unit normal, each component an array
+  // v0, e1, e2 and unit normal, each component an array: of one key after the other. Normals are those of keys alone.
   std::vector<float> v0[3], e1[3], e2[3], normal[3];
-  uint32_t count() const { return uint32_t(v0[0].size()); }
+  uint32_t keyCount = 1;
+  uint32_t count() const { return uint32_t(v0[0].size()) / keyCount; }
+  bool moves() const { return keyCount > 1; }
+};
+
+// The keys around a time of the shutter (0 to 1, held outside): where those of both begin, and the part of the second.
+struct TriangleKeys {
+  uint32_t first = 0, second = 0;
+  float part = 0;
+  TriangleKeys(const Triangles& t, float time) {
+    if (!t.moves()) return;
+    const float x = (time > 0.f ? time < 1.f ? time : 1.f : 0.f) * float(t.keyCount - 1);
+    const uint32_t key = std::min(uint32_t(x), t.keyCount - 2);
+    first = key * t.count();
+    second = first + t.count();
+    part = x - float(key);
+  }
+  float mix(const std::vector<float>& x, uint32_t i) const {
+    return x[first + i] + part * (x[second + i] - x[first + i]);
+  }
 };
 
 class TriangleTree {
@@ -21,8 +41,9 @@ class TriangleTree {
   static constexpr uint32_t kNone = 0xffffffffu;
   // Reorders the triangles, so that those of a leaf stand together.
   void build(Triangles& triangles);
-  // The first triangle whose emitting side the ray meets before tMax, or kNone; t gets its distance.
-  uint32_t first(const Triangles& triangles, const float o[3], const float d[3], float tMax, float& t) const;
+  // The first triangle whose emitting side the ray of that time meets before tMax, or kNone; t gets its distance.
+  uint32_t first(const Triangles& triangles, const float o[3], const float d[3], float time, float tMax,
+                 float& t) const;
 
  private:
   struct Node {
@@ -39,9 +60,14 @@ inline void TriangleTree::build(Triangles& t) {
   std::vector<float> boxes(size_t(n) * 6);
   for (uint32_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c) {
-      const float a = t.v0[c][i], b = a + t.e1[c][i], d = a + t.e2[c][i];
-      boxes[size_t(i) * 6 + c] = std::min(a, std::min(b, d));
-      boxes[size_t(i) * 6 + 3 + c] = std::max(a, std::max(b, d));
+      float &low = boxes[size_t(i) * 6 + c], &high = boxes[size_t(i) * 6 + 3 + c];
+      for (uint32_t key = 0; key < t.keyCount; ++key) {
+        const size_t at = size_t(key) * n + i;
+        const float a = t.v0[c][at], b = a + t.e1[c][at], d = a + t.e2[c][at];
+        const float least = std::min(a, std::min(b, d)), most = std::max(a, std::max(b, d));
+        low = key ? std::min(low, least) : least;
+        high = key ? std::max(high, most) : most;
+      }
     }
   std::vector<uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0u);
@@ -49,8 +75,9 @@ inline void TriangleTree::build(Triangles& t) {
   if (n) split(order, boxes, 0, n);
   for (std::vector<float>* group : {t.v0, t.e1, t.e2, t.normal})
     for (int c = 0; c < 3; ++c) {
-      std::vector<float> sorted(n);
-      for (uint32_t i = 0; i < n; ++i) sorted[i] = group[c][order[i]];
+      std::vector<float> sorted(size_t(n) * t.keyCount);
+      for (uint32_t key = 0; key < t.keyCount; ++key)
+        for (uint32_t i = 0; i < n; ++i) sorted[size_t(key) * n + i] = group[c][size_t(key) * n + order[i]];
       group[c] = std::move(sorted);
     }
 }
@@ -95,8 +122,10 @@ inline uint32_t TriangleTree::split(std::vector<uint32_t>& order, const std::vec
   return at;
 }
 
-inline uint32_t TriangleTree::first(const Triangles& t, const float o[3], const float d[3], float tMax,
+inline uint32_t TriangleTree::first(const Triangles& t, const float o[3], const float d[3], float time, float tMax,
                                     float& tHit) const {
+  const bool moves = t.moves();
+  const TriangleKeys keys(t, time);
   uint32_t best = kNone, stack[64];
   float nearest = tMax;
   int top = 0;
@@ -121,11 +150,16 @@ inline uint32_t TriangleTree::first(const Triangles& t, const float o[3], const 
     }
     for (uint32_t i = node.begin; i < node.begin + node.count; ++i) {
       // Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (1997); the emitting side alone
-      const float e1[3] = {t.e1[0][i], t.e1[1][i], t.e1[2][i]}, e2[3] = {t.e2[0][i], t.e2[1][i], t.e2[2][i]};
+      float v0[3], e1[3], e2[3];
+      for (int c = 0; c < 3; ++c) {
+        v0[c] = moves ? keys.mix(t.v0[c], i) : t.v0[c][i];
+        e1[c] = moves ? keys.mix(t.e1[c], i) : t.e1[c][i];
+        e2[c] = moves ? keys.mix(t.e2[c], i) : t.e2[c][i];
+      }
       const float p[3] = {d[1] * e2[2] - d[2] * e2[1], d[2] * e2[0] - d[0] * e2[2], d[0] * e2[1] - d[1] * e2[0]};
       const float det = e1[0] * p[0] + e1[1] * p[1] + e1[2] * p[2];
       if (!(det > 1e-37f)) continue;
-      const float s[3] = {o[0] - t.v0[0][i], o[1] - t.v0[1][i], o[2] - t.v0[2][i]};
+      const float s[3] = {o[0] - v0[0], o[1] - v0[1], o[2] - v0[2]};
       const float u = s[0] * p[0] + s[1] * p[1] + s[2] * p[2], slack = 2e-6f * det;
       if (u < -slack || u > det + slack) continue;
       const float q[3] = {s[1] * e1[2] - s[2] * e1[1], s[2] * e1[0] - s[0] * e1[2], s[0] * e1[1] - s[1] * e1[0]};
