@@ -268,16 +268,20 @@ struct PxrMarschnerHair {
       }
     }
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
-      evaluateFiber(*this, wi, out, [&](const Inclination<W>& i, F phi) HWY_ATTR {
+      FiberDensity<W> forward, back;
+      evaluateFiber(*this, wi, F(1.f), kLobeR, out, forward, back, [&](const Inclination<W>& i, F phi) HWY_ATTR {
         return sideOf(i, -frame.gamma, select(turnsWithNormal, -turn, turn - phi));
       });
+      out.pdf = forward.mean();
+      out.pdfReverse = back.mean();
     }
-    KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, LobeSum<W>& out) const {
+    KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, uint32_t first,
+                       LobeSum<W>& out) const {
       const F f = side.hit.reflectance, t = F(1.f) - f, trt = t * t * f * scale;
       const Mask<W> above = dot(Ng, wi) >= F(0.f);
       const auto put = [&](uint32_t lobe, Rgb<W> w) {
-        out.add(lobe, zeroUnless(above, w));
-        out.add(lobe + 1, zeroUnless(!above, w));
+        out.add(first + lobe, zeroUnless(above, w));
+        out.add(first + lobe + 1, zeroUnless(!above, w));
       };
       put(kLobeR, color[kPathR] * (f * scale * density[kPathR]));
       put(kLobeTT, color[kPathTT] * (t * t * scale * density[kPathTT]));
