@@ -219,10 +219,6 @@ struct PxrMarschnerHair {
       own = sideOf(frame.outgoing, frame.gamma, turn);
     }
 
-    static KN_INLINE Rgb<W> positive(Rgb<W> c) {
-      const F none(0.f);
-      return {max(c.x, none), max(c.y, none), max(c.z, none)};
-    }
     static KN_INLINE F within(F x) { return clamp(x, F(0.f), F(1.f)); }
     // Of the paths beyond TRT, relative to TRT: a geometric series (Chiang et al. 2016).
     static KN_INLINE F beyond(F f, F inside) { return f * inside / max(fnma(f, inside, F(1.f)), F(1e-4f)); }

@@ -140,11 +140,6 @@ struct ChiangFiber {
     own = sideOf(frame.outgoing, frame.gamma);
   }
 
-  static KN_INLINE Rgb<W> positive(Rgb<W> c) {
-    const F none(0.f);
-    return {max(c.x, none), max(c.y, none), max(c.z, none)};
-  }
-
   KN_INLINE Side sideOf(const Inclination<W>& o, F normal) const {
     const F one(1.f);
     Side s;

@@ -58,6 +58,12 @@ KN_INLINE Float<W> scaledBesselI0(Float<W> x) {
   return select(x < F(3.75f), p * exp(-x), q / sqrt(large));
 }
 
+template <int W>
+KN_INLINE Rgb<W> positive(Rgb<W> c) {
+  const Float<W> none(0.f);
+  return {max(c.x, none), max(c.y, none), max(c.z, none)};
+}
+
 // An inclination by its sine and cosine.
 template <int W>
 struct Inclination {
