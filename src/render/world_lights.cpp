@@ -118,7 +118,7 @@ Digest digestOf(const scene::Light& l, const scene::Light* dome, const Descripto
   const double shutter[2] = {camera.shutterOpen, camera.shutterClose};  // filters move
   h.bytes(shutter, sizeof shutter);
   if (l.geometry) {
-    h.word(camera.worldToCamera.determinant() < 0);
+    h.word(camera.isMirrored());
     h.digest(scene::digestOf(l.geometry->toWorld));
   }
   // filters stand in coordinate systems by name
@@ -308,8 +308,8 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   const Placement placement = placementOf(l.toWorld, tools.camera);
   EmittingMesh emitting;
   if (l.geometry)
-    emitting = emittingMesh(l, displaced, tools.camera.middle(), tools.camera.origin,
-                            tools.camera.worldToCamera.determinant() < 0, tools.diagnostics);
+    emitting = emittingMesh(l, displaced, tools.camera.middle(), tools.camera.origin, tools.camera.isMirrored(),
+                            tools.diagnostics);
   const LightMesh lightMesh = emitting.mesh();
   Instance instance;
   if (!instance.create(plugin, l.node.get(), &placement, &lightMesh, tools.host, tools.diagnostics)) return nullptr;
