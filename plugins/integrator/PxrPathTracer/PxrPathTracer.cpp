@@ -58,11 +58,7 @@ constexpr Param kParams[] = {
         .help("How many surfaces a ray of a path goes through for want of presence; the next one is opaque to it, as "
               "if "
               "its presence were 1. -1: as many as there are, up to 256. Shadow rays see every presence."),
-    param::integer("risPathGuiding", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Learn where light comes from over the first samples, and choose directions by that and the materials "
-              "together: for light that comes through narrow gaps."),
+    pathParameters::kRisPathGuiding,
     param::integer("jointSampling", 0)
         .range(0, 1)
         .help("No effect: distances along media and lights are always sampled together; `equiangularWeight` of "

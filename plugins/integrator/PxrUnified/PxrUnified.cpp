@@ -109,11 +109,7 @@ constexpr Param kParams[] = {
     param::number("photonVisibilityRodDirectProb", 0.f).range(0, 1).help("No effect: see photonVisibilityRod."),
     param::point("photonVisibilityRodMin", 0.f, 0.f, 0.f).help("No effect: see photonVisibilityRod."),
     param::point("photonVisibilityRodMax", 0.f, 0.f, 0.f).help("No effect: see photonVisibilityRod."),
-    param::integer("risPathGuiding", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("As that of PxrPathTracer, where traceLightPaths is 0: directions by where light was found to come "
-              "from."),
+    pathParameters::kRisPathGuiding,
     pathParameters::kLearnLights,
     pathParameters::kNumLightCandidates,
     pathParameters::kGuidingRegions,

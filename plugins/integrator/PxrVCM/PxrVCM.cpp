@@ -68,12 +68,8 @@ constexpr Param kParams[] = {
     pathParameters::kVolumeAggregate,
     pathParameters::kKeptPaths,
     pathParameters::kLearnLights,
-    param::integer("guidingSamples", 64)
-        .range(1, 4096)
-        .help("With learnLights: samples a pixel that are learned from, rounded down to a power of two."),
-    param::integer("guidingRegions", 2048)
-        .range(16, 65536)
-        .help("With learnLights: regions of space that are learned of apart, at most; each takes 200 bytes."),
+    pathParameters::kGuidingSamples,
+    pathParameters::kGuidingRegions,
 };
 
 struct Data : vcm::Options {

@@ -125,18 +125,23 @@ inline constexpr Param kNumLightCandidates =
             "Light samples at camera hits are chosen each from so many by what they would bring were nothing in "
             "their way, before shadow rays: for skies and many lights. For camera paths alone, and not with "
             "learnLights.");
-inline constexpr Param kGuidingSamples =
-    param::integer("guidingSamples", 64)
-        .range(1, 4096)
+inline constexpr Param kRisPathGuiding =
+    param::integer("risPathGuiding", 0)
+        .range(0, 1)
+        .options("0 off, 1 on")
         .help(
-            "With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
-            "two.");
-inline constexpr Param kGuidingRegions =
-    param::integer("guidingRegions", 2048)
-        .range(16, 65536)
-        .help(
-            "With risPathGuiding or learnLights: regions of space that are learned of apart, at most; each takes 14 "
-            "KB, with learnLights alone 200 bytes.");
+            "Learn where light comes from over the first samples, and choose directions by that and the materials "
+            "together: for light that comes through narrow gaps. Without light paths only.");
+inline constexpr Param kGuidingSamples = param::integer("guidingSamples", 64)
+                                             .range(1, 4096)
+                                             .help(
+                                                 "Samples a pixel that are learned from, by learnLights and, where "
+                                                 "there is one, risPathGuiding; rounded down to a power of two.");
+inline constexpr Param kGuidingRegions = param::integer("guidingRegions", 2048)
+                                             .range(16, 65536)
+                                             .help(
+                                                 "Regions of space that are learned of apart, at most; each takes "
+                                                 "200 bytes for learnLights, 14 KB with risPathGuiding.");
 
 inline constexpr Param kManifoldWalk =
     param::integer("manifoldWalk", 0)
