@@ -30,6 +30,9 @@ struct LeafRow {
   char alone, on;
   std::initializer_list<Slot> slots;
 };
+// Of facets; some slabs name the direction of anisotropy otherwise than others.
+#define KINORA_FACET_SLOTS(DIRECTION, ROTATION) \
+  {"roughness", "roughness"}, {"anisotropy", "anisotropy"}, {DIRECTION, "direction"}, { ROTATION, "rotation" }
 const LeafRow kLeaves[] = {
     {"LamaDiffuse", -1, 'D', 'D', {{"color", "color"}, {"roughness", "roughness"}}},
     {"LamaConductor",
@@ -39,10 +42,7 @@ const LeafRow kLeaves[] = {
      {{"tint", "color"},
       {"IOR", "second"},
       {"extinction", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"}}},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation")}},
     {"LamaConductor",
      1,
      'A',
@@ -50,20 +50,14 @@ const LeafRow kLeaves[] = {
      {{"tint", "color"},
       {"reflectivity", "second"},
       {"edgeColor", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"}}},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation")}},
     {"LamaDielectric",
      0,
      'g',
      'r',
      {{"reflectionTint", "color"},
       {"transmissionTint", "through"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"direction", "direction"},
-      {"rotation", "rotation"},
+      KINORA_FACET_SLOTS("direction", "rotation"),
       {"reflectivity", "ior"}}},
     {"LamaDielectric",
      1,
@@ -71,10 +65,7 @@ const LeafRow kLeaves[] = {
      'R',
      {{"reflectionTint", "color"},
       {"transmissionTint", "through"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"direction", "direction"},
-      {"rotation", "rotation"},
+      KINORA_FACET_SLOTS("direction", "rotation"),
       {"IOR", "ior"}}},
     {"LamaGeneralizedSchlick",
      0,
@@ -84,10 +75,7 @@ const LeafRow kLeaves[] = {
       {"transmissionTint", "through"},
       {"IOR", "second"},
       {"reflectivity90", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation"),
       {"reflectivityProfile", "amount"}}},
     {"LamaGeneralizedSchlick",
      1,
@@ -97,10 +85,7 @@ const LeafRow kLeaves[] = {
       {"transmissionTint", "through"},
       {"reflectivity", "second"},
       {"reflectivity90", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation"),
       {"reflectivityProfile", "amount"}}},
     {"LamaIridescence",
      -1,
@@ -118,6 +103,7 @@ const LeafRow kLeaves[] = {
     {"LamaTranslucent", -1, 'T', 'T', {{"color", "color"}}},
     {"LamaEmission", -1, 'E', 'E', {{"color", "color"}}},
 };
+#undef KINORA_FACET_SLOTS
 
 struct OpRow {
   const char* plugin;

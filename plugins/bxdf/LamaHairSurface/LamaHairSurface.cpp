@@ -296,9 +296,9 @@ struct LamaHairSurface {
         if (leaf.kind == kHair || leaf.isCoat()) {
           FiberDensity<W> forward, reverse;
           if (leaf.kind == kHair)
-            fibers[i].evaluate(wi, lit.rest[i], leaf.lobes, out, forward, reverse);
+            evaluateFiber(fibers[i], wi, lit.rest[i], leaf.lobes, out, forward, reverse);
           else
-            coats[i].evaluate(wi, lit.rest[i], leaf.lobes, out, forward, reverse);
+            evaluateFiber(coats[i], wi, lit.rest[i], leaf.lobes, out, forward, reverse);
           sum = fma(own.seen[i], forward.sum, sum);
           if (!isBack) continue;
           back = fma(other.seen[i], reverse.sum, back);

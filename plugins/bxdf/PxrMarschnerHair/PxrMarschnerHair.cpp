@@ -43,7 +43,6 @@ enum : uint32_t {
 };
 constexpr Param kParams[] = {
     param::integer("diffuseModelType", 0)
-        .range(0, 1)
         .options("0 Zinke, 1 Kajiya")
         .help("Diffuse scattering of a white cylinder, more of it back than through, or the same on all sides."),
     param::number("diffuseGain", 0.f)
@@ -83,8 +82,7 @@ constexpr Param kParams[] = {
         .help("1: the diffuse lobe gets what the others leave. 0: it is added to them."),
     param::color("shadowColor", 0.f)
         .help("Share of lights' light that is left in shadows which the hair casts, by channel. Light paths (PxrVCM) "
-              "see "
-              "nothing of it."),
+              "see nothing of it."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::make(Type::Int, "inputAOV", 0, 0, 0).help("Patterns that show values in display channels: PxrMatteID."),
 };

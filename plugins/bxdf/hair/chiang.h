@@ -170,12 +170,6 @@ struct ChiangFiber {
     out[kChiangLonger] = along[kPathTRT].density(from.shifted[kPathTRT], i) * F(kInvTwoPi);
   }
   // To the lobes from `lobe` on: R, TT and TRT, of each that of wo's side and that from behind.
-  template <class Gain>
-  KN_INLINE void evaluate(Vec3<W> wi, Gain gain, uint32_t lobe, LobeSum<W>& out, FiberDensity<W>& forward,
-                          FiberDensity<W>& back) const {
-    evaluateFiber(*this, wi, gain, lobe, out, forward, back,
-                  [&](const Inclination<W>& i, F) HWY_ATTR { return sideOf(i, -frame.gamma); });
-  }
   template <class Scale>
   KN_INLINE void add(const Side& side, const F density[kChiangTechniques], Scale scale, Vec3<W> wi, uint32_t lobe,
                      LobeSum<W>& out) const {

@@ -89,12 +89,6 @@ struct FiberCoat {
                             clamp(one - side.share.z, none, one));
   }
   // To the two lobes from `lobe` on: that of wo's side and that from behind.
-  template <class Gain>
-  KN_INLINE void evaluate(Vec3<W> wi, Gain gain, uint32_t lobe, LobeSum<W>& out, FiberDensity<W>& forward,
-                          FiberDensity<W>& back) const {
-    evaluateFiber(*this, wi, gain, lobe, out, forward, back,
-                  [&](const Inclination<W>& i, F) HWY_ATTR { return sideOf(i, -frame.gamma); });
-  }
   template <class Scale>
   KN_INLINE void add(const Side& side, const F density[1], Scale scale, Vec3<W> wi, uint32_t lobe,
                      LobeSum<W>& out) const {

@@ -298,6 +298,13 @@ KN_INLINE void evaluateFiber(const Lanes& k, Vec3<W> wi, Gain gain, uint32_t lob
   }
   if (!k.adjoint) k.add(k.own, density, gain, wi, lobe, out);
 }
+// Of round fibres: all that is known of a side follows from the inclination and the offset.
+template <int W, class Lanes, class Gain>
+KN_INLINE void evaluateFiber(const Lanes& k, Vec3<W> wi, Gain gain, uint32_t lobe, LobeSum<W>& out,
+                             FiberDensity<W>& forward, FiberDensity<W>& back) {
+  evaluateFiber(k, wi, gain, lobe, out, forward, back,
+                [&](const Inclination<W>& i, Float<W>) HWY_ATTR { return k.sideOf(i, -k.frame.gamma); });
+}
 
 }  // namespace
 }  // namespace HWY_NAMESPACE
