@@ -9,17 +9,17 @@
 #define KINORA_DISPLACEMENT_LAYERS_TARGET
 #endif
 
-#define KINORA_DISPLACEMENT_BASE(value)                                                              \
-  param::number("overallAmount", 1.f).range(-2, 2).help("Factor on the result."),                            \
-      param::integer("baseLayerEnabled", 1).range(0, 1).options("0 off, 1 on").help("1: the base counts."),  \
+#define KINORA_DISPLACEMENT_BASE(value)                                           \
+  param::number("overallAmount", 1.f).range(-2, 2).help("Factor on the result."), \
+      param::onOff("baseLayerEnabled", true).help("1: the base counts."),         \
       param::number("baseLayerAmount", 1.f).range(-2, 2).help("Factor on the base."), value
-#define KINORA_DISPLACEMENT_LAYER(n, on, value)                                                                   \
-  param::integer("layer" n "Enabled", on).range(0, 1).options("0 off, 1 on").help("1: layer " n " counts."),      \
-      param::number("layer" n "Amount", 1.f).range(-2, 2).help("Factor on layer " n "."), value,                  \
-      param::number("layer" n "Mask", 1.f).help("How much of layer " n " there is."),                             \
-      param::integer("layer" n "Comp", 1)                                                                         \
-          .range(1, 3)                                                                                            \
-          .options("1 add, 2 over, 3 max")                                                                        \
+#define KINORA_DISPLACEMENT_LAYER(n, on, value)                                                  \
+  param::integer("layer" n "Enabled", on).options("0 off, 1 on").help("1: layer " n " counts."), \
+      param::number("layer" n "Amount", 1.f).range(-2, 2).help("Factor on layer " n "."), value, \
+      param::number("layer" n "Mask", 1.f).help("How much of layer " n " there is."),            \
+      param::integer("layer" n "Comp", 1)                                                        \
+          .range(1, 3)                                                                           \
+          .options("1 add, 2 over, 3 max")                                                       \
           .help("How layer " n " joins what is below: added, in its place, or where it goes farther.")
 
 HWY_BEFORE_NAMESPACE();
