@@ -10,8 +10,8 @@ KINORA_KERNELS_BEGIN
 
 using namespace layers;
 #define KINORA_LAYER_ALL KINORA_LAYER_LOBES(KINORA_LAYER_SWITCH) KINORA_LAYER_MEMBERS(KINORA_LAYER_MEMBER)
-#define KINORA_LAYER_MASK(name, on)                                      \
-  param::integer(name "Enabled", on).help("1: this layer lies on top."), \
+#define KINORA_LAYER_MASK(name, on)                                   \
+  param::flag(name "Enabled", on).help("1: this layer lies on top."), \
       param::number(name "Mask", 1.f).help("Where the layer is: 0 nowhere, 1 alone."),
 constexpr Param kParams[] = {
 #define KINORA_LAYER_PREFIX "baselayer_"
