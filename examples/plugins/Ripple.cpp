@@ -8,7 +8,7 @@ KINORA_KERNELS_BEGIN
 
 enum : uint32_t { kHeight, kFrequency };
 constexpr Param kParams[] = {
-    param::number("height", 0.1f).range(0, 1).help("Of a wave, along the normal."),
+    param::number("height", 0.1f).help("Of a wave, along the normal."),
     param::number("frequency", 4.f).range(0, 40).help("Waves over s from 0 to 1."),
 };
 

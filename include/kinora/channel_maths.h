@@ -94,10 +94,7 @@ inline constexpr std::array kWhitePointParams = {
     param::number("temperature", 6500.f)
         .range(1000, 10000)
         .help("Kelvin of the light that becomes neutral; 6500 changes nothing."),
-    param::integer("useManualWhitePoint", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("1: by manualWhitePoint instead."),
+    param::onOff("useManualWhitePoint", false).help("1: by manualWhitePoint instead."),
     param::color("manualWhitePoint", 1.f).range(0.1f, 2).help("Colour that becomes neutral, with its luminance."),
 };
 struct WhitePoint {
@@ -143,9 +140,7 @@ inline constexpr std::array kShadowParams = {
     param::string("shadowAov", "").help("Channel that gets the shadow: 0 lit, 1 in shadow."),
 };
 inline constexpr std::array kThreshold = {
-    param::number("shadowThreshold", 0.01f)
-        .range(0, 1)
-        .help("Where there is less light than this, there is no shadow."),
+    param::number("shadowThreshold", 0.01f).help("Where there is less light than this, there is no shadow."),
 };
 struct Shadow {
   std::string occluded, unoccluded, shadow;

@@ -22,13 +22,12 @@ namespace kinora::channelPicture {
 constexpr auto placeParams(int fit) {
   return std::array{
       param::string("filename", "").file().help("The picture; its alpha is 1 where it has none."),
-      param::integer("linearize", 0).range(0, 1).options("0 off, 1 on").help("1: the picture is sRGB."),
+      param::onOff("linearize", false).help("1: the picture is sRGB."),
       param::integer("fit", fit)
           .range(0, 4)
           .options("0 stretch, 1 inside, 2 outside, 3 horizontal, 4 vertical")
           .help("How its size follows from the frame's: 0 that of the frame, else in its own proportions: whole, "
-                "covering "
-                "the frame, as wide, as high."),
+                "covering the frame, as wide, as high."),
       param::number("offsetX", 0.f)
           .range(-2, 2)
           .help("Moves it to the right; screen space, the shorter side is 2 long."),
@@ -45,10 +44,9 @@ inline constexpr std::array kPlateParams = {
         .help("Channel of the shadow on held-out objects, 1 in shadow: it darkens the picture. \"\": none."),
     param::number("filmMinX", 0.f)
         .range(-4, 4)
-        .help(
-            "Left edge of the film window, screen space. The picture lies in that window as it else does in the "
-            "frame, of which the window may be a part, or which may be a part of it: for plates of frames that were "
-            "rendered larger or smaller than they were shot. All four 0: the frame."),
+        .help("Left edge of the film window, screen space. The picture lies in that window as it else does in the "
+              "frame, of which the window may be a part, or which may be a part of it: for plates of frames that "
+              "were rendered larger or smaller than they were shot. All four 0: the frame."),
     param::number("filmMaxX", 0.f).range(-4, 4).help("Its right edge."),
     param::number("filmMinY", 0.f).range(-4, 4).help("Its lower edge."),
     param::number("filmMaxY", 0.f).range(-4, 4).help("Its upper edge."),

@@ -16,8 +16,8 @@ inline constexpr std::array kGrade = {
     param::color("gamma", 1.f)
         .range(0.1f, 4)
         .help("The colour becomes itself to the power 1 / gamma; 1 changes nothing."),
-    param::integer("clampBlack", 1).range(0, 1).options("0 off, 1 on").help("Cuts negative colours."),
-    param::integer("clampWhite", 0).range(0, 1).options("0 off, 1 on").help("Cuts colours above 1."),
+    param::onOff("clampBlack", true).help("Cuts negative colours."),
+    param::onOff("clampWhite", false).help("Cuts colours above 1."),
     param::color("mask", 1.f).help("0 keeps the colour, 1 grades it."),
 };
 

@@ -20,25 +20,18 @@ inline constexpr std::array kRadiance = {
     param::number("intensity", 1.f).range(0, 100).help("Factor on the radiance."),
     param::number("exposure", 0.f).range(-8, 8).help("Stops: the radiance is multiplied by 2 to this power."),
     param::color("lightColor", 1.f).help("Colour, a factor on the radiance; scene-linear Rec. 709."),
-    param::integer("enableTemperature", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Multiply by the colour of a black body."),
+    param::onOff("enableTemperature", false).help("Multiply by the colour of a black body."),
     param::number("temperature", 6500.f)
         .range(1000, 10000)
         .help("Kelvin, used where enableTemperature is 1; its colour has luminance 1 and is kept within 1000 to "
               "10000."),
-    param::number("specular", 1.f).range(0, 1).help("Factor on this light's contribution to specular lobes."),
-    param::number("diffuse", 1.f).range(0, 1).help("Factor on this light's contribution to diffuse lobes."),
+    param::number("specular", 1.f).help("Factor on this light's contribution to specular lobes."),
+    param::number("diffuse", 1.f).help("Factor on this light's contribution to diffuse lobes."),
 };
 inline constexpr std::array kNormalize = {
-    param::integer("areaNormalize", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle, over "
-              "that of the default angle), so that the "
-              "power "
-              "does not grow with it."),
+    param::onOff("areaNormalize", false)
+        .help("Divide the radiance by the light's size (area; for distant lights projected solid angle, over that of "
+              "the default angle), so that the power does not grow with it."),
 };
 inline constexpr std::array kMap = {
     param::string("lightColorMap", "")
@@ -56,32 +49,23 @@ inline constexpr std::array kShaping = {
         .range(0, 50)
         .help("Exponent of the cosine to the light's axis that multiplies the radiance; 0 emits alike to all sides."),
     param::color("emissionFocusTint", 0.f).help("Radiance factor towards which the focus falls off."),
-    param::integer("emissionFocusNormalize", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Keep the power whatever emissionFocus is."),
+    param::onOff("emissionFocusNormalize", false).help("Keep the power whatever emissionFocus is."),
     param::number("coneAngle", 90.f).range(0, 180).help("Degrees off the axis beyond which nothing is emitted."),
     param::number("coneSoftness", 0.f)
         .range(0, 2)
         .help("Part of coneAngle over which the edge fades; above 1 the axis is dimmed too."),
     param::string("iesProfile", "")
-        .help(
-            "File of a measured light distribution (IES LM-63) about the light's +z axis, horizontal angles from +x "
-            "to +y; a factor on the radiance that is 1 where it is largest."),
+        .help("File of a measured light distribution (IES LM-63) about the light's +z axis, horizontal angles from "
+              "+x to +y; a factor on the radiance that is 1 where it is largest."),
     param::number("iesProfileScale", 0.f).range(-0.9f, 1).help("Widens the profile's angles by this part of them."),
-    param::integer("iesProfileNormalize", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("1: the mean of the factor over all directions is 1."),
+    param::onOff("iesProfileNormalize", false).help("1: the mean of the factor over all directions is 1."),
     param::number("intensityNearDist", 0.f)
         .range(0, 10)
         .help("World units: nearer to the light than this its brightness rises no more (a factor of the squared "
               "distance over this one's square, not where the camera sees the light)."),
 };
 inline constexpr std::array kControl = {
-    param::integer("enableShadows", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("enableShadows", true)
         .help("0: nothing between the light and a surface shadows it. Mirrors still show what stands before it."),
     param::color("shadowColor", 0.f)
         .help("Share of the light that its shadows leave, by channel: 0 is a full shadow, 1 none. Not physical: such "
@@ -102,49 +86,34 @@ inline constexpr std::array kControl = {
         .help("Groups (grouping:membership) whose members alone cast this light's shadows, instead of those that the "
               "lit object's trace:shadowsubset says; empty: all do."),
     param::string("shadowExcludeSubset", "").help("Groups whose members cast no shadow of this light."),
-    param::integer("traceLightPaths", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("traceLightPaths", false)
         .help("1: the light is as light paths carry it. thinShadow counts as 0, and the controls of shadows below "
               "enableShadows are left out. Light paths of PxrVCM start at such a light, and at all that ask for no "
               "control of shadows, no intensityNearDist and no filter that depends on the lit point."),
-    param::integer("thinShadow", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help(
-            "1: where the integrator has no caustics, shadows go straight through glass and take its tint, and what "
-            "refracted paths find of the light is left out. 0: glass blocks its shadow rays, and refracted paths "
-            "bring its light. Integrators with caustics take it as 0."),
-    param::integer("visibleInRefractionPath", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help(
-            "0: clear glass does not show the light, nor make caustics of it. Rough glass does, where light samples "
-            "find it too."),
-    param::integer("cheapCaustics", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help(
-            "Manifold walks find this light's caustics, where the integrator's manifoldWalk is on, behind materials "
-            "whose mwWalkable is. Not of lights without shadows, nor of domes and skies, which paths find better by "
-            "chance."),
+    param::onOff("thinShadow", true)
+        .help("1: where the integrator has no caustics, shadows go straight through glass and take its tint, and "
+              "what refracted paths find of the light is left out. 0: glass blocks its shadow rays, and refracted "
+              "paths bring its light. Integrators with caustics take it as 0."),
+    param::onOff("visibleInRefractionPath", true)
+        .help("0: clear glass does not show the light, nor make caustics of it. Rough glass does, where light "
+              "samples find it too."),
+    param::onOff("cheapCaustics", false)
+        .help("Manifold walks find this light's caustics, where the integrator's manifoldWalk is on, behind "
+              "materials whose mwWalkable is. Not of lights without shadows, nor of domes and skies, which paths "
+              "find better by chance."),
     param::string("cheapCausticsExcludeGroup", "")
-        .help(
-            "No effect: whether walks go through an object is said by mwWalkable of its material, for all lights, so "
-            "that paths can leave to walks just what these find."),
+        .help("No effect: whether walks go through an object is said by mwWalkable of its material, for all lights, "
+              "so that paths can leave to walks just what these find."),
     param::integer("fixedSampleCount", 0)
         .range(0, 64)
-        .help(
-            "Light samples of this light alone at each camera hit, whatever it brings, instead of a share in the "
-            "integrator's "
-            "numLightSamples, which go to all lights; 0: none. For a light that is the noise of a picture. Not with "
-            "PxrVCM and light paths of PxrUnified."),
+        .help("Light samples of this light alone at each camera hit, whatever it brings, instead of a share in the "
+              "integrator's numLightSamples, which go to all lights; 0: none. For a light that is the noise of a "
+              "picture. Not with PxrVCM and light paths of PxrUnified."),
     param::string("lightGroup", "").help("The light's name in light path expressions: <L.'key'>."),
     param::number("importanceMultiplier", 1.f)
         .range(0.01f, 10)
         .help("Factor on how often the light is chosen; noise moves, the picture's mean does not."),
     param::number("msApprox", 0.f)
-        .range(0, 1)
         .help("No effect: light is scattered as often as the integrator's bounces allow; multiScatterOpt of "
               "PxrVolume approximates many of them."),
     param::color("msApproxBleed", 0.5f).help("No effect: see msApprox."),

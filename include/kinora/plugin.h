@@ -106,6 +106,9 @@ constexpr Param make(Type t, const char* name, float a, float b, float c) {
 constexpr Param number(const char* name, float v) { return make(Type::Float, name, v, v, v); }
 // Integers steer structure (modes, switches), so they are part of the program unless declared otherwise.
 constexpr Param integer(const char* name, int v) { return make(Type::Int, name, float(v), 0, 0).fixed(); }
+// What is so or not: 1 or 0, the range of all parameters that say no other.
+constexpr Param flag(const char* name, bool v) { return integer(name, v); }
+constexpr Param onOff(const char* name, bool v) { return flag(name, v).options("0 off, 1 on"); }
 constexpr Param color(const char* name, float v) { return make(Type::Color, name, v, v, v); }
 constexpr Param color(const char* name, float r, float g, float b) { return make(Type::Color, name, r, g, b); }
 constexpr Param point(const char* name, float x, float y, float z) {

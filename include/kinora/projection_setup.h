@@ -207,7 +207,7 @@ inline constexpr std::array kLens = {
     param::number("fov", 90.f).range(1, 170).help("Degrees over the shorter side of the default screen window."),
     param::number("fovEnd", 0.f).range(0, 170).help("fov when the shutter closes, degrees; 0 is no zoom."),
     param::number("fStop", 16.f).range(0.5f, 64).help("Focal length over the diameter of the lens."),
-    param::number("focalLength", 0.f).range(0, 1).help("Of the lens, in units of camera space; 0 is a pinhole."),
+    param::number("focalLength", 0.f).help("Of the lens, in units of camera space; 0 is a pinhole."),
     param::number("focalDistance", 1.f)
         .range(0.1f, 100)
         .help("Distance of the plane of focus along the view axis, in units of camera space."),

@@ -9,18 +9,25 @@
 #define KINORA_DISPLACEMENT_LAYERS_TARGET
 #endif
 
-#define KINORA_DISPLACEMENT_BASE(value)                                                              \
-  param::number("overallAmount", 1.f).range(-2, 2).help("Factor on the result."),                            \
-      param::integer("baseLayerEnabled", 1).range(0, 1).options("0 off, 1 on").help("1: the base counts."),  \
+#define KINORA_DISPLACEMENT_BASE(value)                                           \
+  param::number("overallAmount", 1.f).range(-2, 2).help("Factor on the result."), \
+      param::onOff("baseLayerEnabled", true).help("1: the base counts."),         \
       param::number("baseLayerAmount", 1.f).range(-2, 2).help("Factor on the base."), value
-#define KINORA_DISPLACEMENT_LAYER(n, on, value)                                                                   \
-  param::integer("layer" n "Enabled", on).range(0, 1).options("0 off, 1 on").help("1: layer " n " counts."),      \
-      param::number("layer" n "Amount", 1.f).range(-2, 2).help("Factor on layer " n "."), value,                  \
-      param::number("layer" n "Mask", 1.f).help("How much of layer " n " there is."),                             \
-      param::integer("layer" n "Comp", 1)                                                                         \
-          .range(1, 3)                                                                                            \
-          .options("1 add, 2 over, 3 max")                                                                        \
+#define KINORA_DISPLACEMENT_LAYER(n, on, value)                                                  \
+  param::onOff("layer" n "Enabled", on).help("1: layer " n " counts."),                          \
+      param::number("layer" n "Amount", 1.f).range(-2, 2).help("Factor on layer " n "."), value, \
+      param::number("layer" n "Mask", 1.f).help("How much of layer " n " there is."),            \
+      param::integer("layer" n "Comp", 1)                                                        \
+          .range(1, 3)                                                                           \
+          .options("1 add, 2 over, 3 max")                                                       \
           .help("How layer " n " joins what is below: added, in its place, or where it goes farther.")
+// All of a pattern whose values are called so; VALUE(name, of) is the parameter of one, of "layer 1" for example.
+#define KINORA_DISPLACEMENT_LAYERS(called, VALUE)                               \
+  KINORA_DISPLACEMENT_BASE(VALUE("baseLayer" called, "the base")),              \
+      KINORA_DISPLACEMENT_LAYER("1", true, VALUE("layer1" called, "layer 1")),  \
+      KINORA_DISPLACEMENT_LAYER("2", false, VALUE("layer2" called, "layer 2")), \
+      KINORA_DISPLACEMENT_LAYER("3", false, VALUE("layer3" called, "layer 3")), \
+      KINORA_DISPLACEMENT_LAYER("4", false, VALUE("layer4" called, "layer 4"))
 
 HWY_BEFORE_NAMESPACE();
 namespace kinora {

@@ -165,16 +165,13 @@ void probability(const ChooseArgs& a) {
   }
 }
 
-#define KN_X(W)                                                          \
-  [[maybe_unused]] void choose##W(const ChooseArgs& a) { choose<W>(a); } \
-  [[maybe_unused]] void probability##W(const ChooseArgs& a) { probability<W>(a); }
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kChoose, choose)
+KN_POINTERS(kProbability, probability)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::light {
-ChooseKernel chooseKernel(uint32_t width) { return KN_PICK_WIDTH(width, choose); }
-ChooseKernel probabilityKernel(uint32_t width) { return KN_PICK_WIDTH(width, probability); }
+ChooseKernel chooseKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kChoose); }
+ChooseKernel probabilityKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kProbability); }
 }  // namespace kinora::light
 #endif

@@ -265,6 +265,26 @@ TEST_P(LightChoice, EveryLightThatReachesHasAChance) {
   EXPECT_GT(reaching, n);
 }
 
+// allReached: all points have a light, and are asked how likely it was, too.
+void expectTheSameAtAllWidths(const LightSet& set, const Lists& l, bool allReached) {
+  Arena arena;
+  LightSamples one;
+  set.sample(1, arena, l.points(), &one);
+  for (const uint32_t width : {4u, 8u, 16u}) {
+    if (width > bestWidth()) continue;  // what this processor has no instructions for
+    LightSamples other;
+    set.sample(width, arena, l.points(), &other);
+    for (uint32_t i = 0; i < l.n; ++i) {
+      ASSERT_EQ(one.light[i], other.light[i]) << width;
+      ASSERT_EQ(one.pdf[i], other.pdf[i]) << width;
+    }
+    if (!allReached) continue;
+    std::vector<float> p(l.m);
+    set.probabilities(width, l.points(), one.light, p.data());
+    for (uint32_t i = 0; i < l.n; ++i) ASSERT_EQ(one.pdf[i], p[i]) << width;
+  }
+}
+
 TEST_P(LightChoice, IsTheSameAtAllWidths) {
   const uint32_t n = GetParam();
   const LightSet set = setOf(someLights(n, 5 * n), someSets(n, n));
@@ -280,18 +300,7 @@ TEST_P(LightChoice, IsTheSameAtAllWidths) {
     l.u[1][i] = uniform(r);
     l.set[i] = r() % 4;
   }
-  Arena arena;
-  LightSamples one;
-  set.sample(1, arena, l.points(), &one);
-  for (const uint32_t width : {4u, 8u, 16u}) {
-    if (width > bestWidth()) continue;  // what this processor has no instructions for
-    LightSamples other;
-    set.sample(width, arena, l.points(), &other);
-    for (uint32_t i = 0; i < l.n; ++i) {
-      ASSERT_EQ(one.light[i], other.light[i]) << width;
-      ASSERT_EQ(one.pdf[i], other.pdf[i]) << width;
-    }
-  }
+  expectTheSameAtAllWidths(set, l, false);
 }
 
 // Factors that somebody learned, by row and cluster: drawn as is said with them, and not as is said without them.
@@ -478,21 +487,7 @@ TEST(LightLeaps, AreTheSameAtAllWidths) {
     l.u[0][i] = uniform(r);
     l.u[1][i] = i % 3 ? uniform(r) : 0.99999994f;
   }
-  Arena arena;
-  LightSamples one;
-  set.sample(1, arena, l.points(), &one);
-  for (const uint32_t width : {4u, 8u, 16u}) {
-    if (width > bestWidth()) continue;  // what this processor has no instructions for
-    LightSamples other;
-    set.sample(width, arena, l.points(), &other);
-    std::vector<float> p(l.m);
-    set.probabilities(width, l.points(), one.light, p.data());
-    for (uint32_t i = 0; i < l.n; ++i) {
-      ASSERT_EQ(one.light[i], other.light[i]) << width;
-      ASSERT_EQ(one.pdf[i], other.pdf[i]) << width;
-      ASSERT_EQ(one.pdf[i], p[i]) << width;
-    }
-  }
+  expectTheSameAtAllWidths(set, l, true);
 }
 
 // The lights below a node stand side by side, with their power.

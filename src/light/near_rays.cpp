@@ -42,14 +42,11 @@ uint32_t nearRays(const NearRaysArgs& a) {
   return found;
 }
 
-#define KN_X(W) \
-  [[maybe_unused]] uint32_t nearRays##W(const NearRaysArgs& a) { return nearRays<W>(a); }
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kNearRays, nearRays)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::light {
-NearRaysKernel nearRaysKernel(uint32_t width) { return KN_PICK_WIDTH(width, nearRays); }
+NearRaysKernel nearRaysKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kNearRays); }
 }  // namespace kinora::light
 #endif

@@ -35,6 +35,8 @@ struct CameraState {
   // others.
   std::optional<std::array<double, 4>> beam;
   double middle() const { return 0.5 * (shutterOpen + shutterClose); }
+  // Whether camera space has the other handedness than world space.
+  bool isMirrored() const { return worldToCamera.determinant() < 0; }
 };
 
 // Of all that makeCamera() reads.

@@ -14,8 +14,6 @@ namespace {
 
 constexpr double kEdgesAcrossLight = 128;  // of the diagonal of its box
 
-bool isMirrored(const CameraState& camera) { return camera.worldToCamera.determinant() < 0; }
-
 }  // namespace
 
 LightSurfaces::ByLight LightSurfaces::make(const std::vector<scene::Light>& sources, const Displacement::Tools& tools,
@@ -43,7 +41,7 @@ LightSurfaces::ByLight LightSurfaces::make(const std::vector<scene::Light>& sour
     Hasher h;
     h.digest(scene::ownDigestOf(**it));
     h.digest(displacement_.digestOf(s));
-    h.word(isMirrored(tools.camera));
+    h.word(tools.camera.isMirrored());
     const double shutter[2] = {tools.camera.shutterOpen, tools.camera.shutterClose};
     h.bytes(shutter, sizeof shutter);
     const Digest digest = h.result();
@@ -65,7 +63,7 @@ std::shared_ptr<const geometry::Mesh> LightSurfaces::displaced(size_t shape, con
                                                                const Displacement::Tools& tools,
                                                                const std::atomic<bool>* stop) const {
   geometry::DiceRate rate;
-  rate.worldMirrored = isMirrored(tools.camera);
+  rate.worldMirrored = tools.camera.isMirrored();
   rate.maxTriangles = kMostTrianglesOfLight;
   Diagnostics unheard([](const std::string&, Severity) {});  // the light's geometry is made once more below
   const std::optional<geometry::Mesh> plain = geometry::tessellate(primitive, rate, unheard);

@@ -31,7 +31,7 @@ EmittingMesh emittingMesh(const scene::Light& l, const geometry::Mesh* displaced
                           Diagnostics& diagnostics) {
   EmittingMesh out;
   geometry::DiceRate rate;  // no camera: each kind's plain rate, since a light's outline is never seen sharply
-  rate.worldMirrored = camera.worldToCamera.determinant() < 0;
+  rate.worldMirrored = camera.isMirrored();
   rate.maxTriangles = kMostTrianglesOfLight;
   std::optional<geometry::Mesh> plain;
   if (!displaced) plain = geometry::tessellate(*l.geometry, rate, diagnostics);

@@ -31,7 +31,7 @@ Digest settingsOf(const FlatScene::Shape& shape, bool isOfSolid, const CameraSta
   Hasher h;
   h.digest(displacement);
   h.word(uint64_t(isOfSolid) | uint64_t(shape.isBaked) << 1);
-  h.word(camera.worldToCamera.determinant() < 0);
+  h.word(camera.isMirrored());
   h.bytes(camera.origin, sizeof camera.origin);  // it may be brought into render space for good
   const bool isStill = p.motion.empty() && p.toWorld.isStatic();
   h.word(isStill);
@@ -308,7 +308,7 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
     MemoryHold coming(MemoryUse::Meshes);
     coming.add(scene::bytesHeld(*shape.primitive));
     geometry::DiceRate rate;
-    rate.worldMirrored = camera.worldToCamera.determinant() < 0;
+    rate.worldMirrored = camera.isMirrored();
     rate.isDisplaced = displacement.moves(i);
     const double pixels = pixelsOf(shape.attributes.get(), rate.isDisplaced);
     rate.pixelsPerEdge = pixels;

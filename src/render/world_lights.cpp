@@ -118,7 +118,7 @@ Digest digestOf(const scene::Light& l, const scene::Light* dome, const Descripto
   const double shutter[2] = {camera.shutterOpen, camera.shutterClose};  // filters move
   h.bytes(shutter, sizeof shutter);
   if (l.geometry) {
-    h.word(camera.worldToCamera.determinant() < 0);
+    h.word(camera.isMirrored());
     h.digest(scene::digestOf(l.geometry->toWorld));
   }
   // filters stand in coordinate systems by name

@@ -18,16 +18,13 @@ KN_INLINE void through(uint32_t n, float* depth) {
   }
 }
 
-#define KN_X(W) \
-  [[maybe_unused]] void through##W(uint32_t n, float* depth) { through<W>(n, depth); }
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kThrough, through)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
 
-void letThrough(uint32_t width, uint32_t n, float* depth) { KN_PICK_WIDTH(width, through)(n, depth); }
+void letThrough(uint32_t width, uint32_t n, float* depth) { (*KN_PICK_WIDTH(width, kThrough))(n, depth); }
 
 float beerLambert(float absorption, float distance) {
   if (!(absorption > 0)) return 1;

@@ -30,6 +30,9 @@ struct LeafRow {
   char alone, on;
   std::initializer_list<Slot> slots;
 };
+// Of facets; some slabs name the direction of anisotropy otherwise than others.
+#define KINORA_FACET_SLOTS(DIRECTION, ROTATION) \
+  {"roughness", "roughness"}, {"anisotropy", "anisotropy"}, {DIRECTION, "direction"}, { ROTATION, "rotation" }
 const LeafRow kLeaves[] = {
     {"LamaDiffuse", -1, 'D', 'D', {{"color", "color"}, {"roughness", "roughness"}}},
     {"LamaConductor",
@@ -39,10 +42,7 @@ const LeafRow kLeaves[] = {
      {{"tint", "color"},
       {"IOR", "second"},
       {"extinction", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"}}},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation")}},
     {"LamaConductor",
      1,
      'A',
@@ -50,20 +50,14 @@ const LeafRow kLeaves[] = {
      {{"tint", "color"},
       {"reflectivity", "second"},
       {"edgeColor", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"}}},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation")}},
     {"LamaDielectric",
      0,
      'g',
      'r',
      {{"reflectionTint", "color"},
       {"transmissionTint", "through"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"direction", "direction"},
-      {"rotation", "rotation"},
+      KINORA_FACET_SLOTS("direction", "rotation"),
       {"reflectivity", "ior"}}},
     {"LamaDielectric",
      1,
@@ -71,10 +65,7 @@ const LeafRow kLeaves[] = {
      'R',
      {{"reflectionTint", "color"},
       {"transmissionTint", "through"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"direction", "direction"},
-      {"rotation", "rotation"},
+      KINORA_FACET_SLOTS("direction", "rotation"),
       {"IOR", "ior"}}},
     {"LamaGeneralizedSchlick",
      0,
@@ -84,10 +75,7 @@ const LeafRow kLeaves[] = {
       {"transmissionTint", "through"},
       {"IOR", "second"},
       {"reflectivity90", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation"),
       {"reflectivityProfile", "amount"}}},
     {"LamaGeneralizedSchlick",
      1,
@@ -97,10 +85,7 @@ const LeafRow kLeaves[] = {
       {"transmissionTint", "through"},
       {"reflectivity", "second"},
       {"reflectivity90", "third"},
-      {"roughness", "roughness"},
-      {"anisotropy", "anisotropy"},
-      {"anisotropyDirection", "direction"},
-      {"anisotropyRotation", "rotation"},
+      KINORA_FACET_SLOTS("anisotropyDirection", "anisotropyRotation"),
       {"reflectivityProfile", "amount"}}},
     {"LamaIridescence",
      -1,
@@ -118,6 +103,7 @@ const LeafRow kLeaves[] = {
     {"LamaTranslucent", -1, 'T', 'T', {{"color", "color"}}},
     {"LamaEmission", -1, 'E', 'E', {{"color", "color"}}},
 };
+#undef KINORA_FACET_SLOTS
 
 struct OpRow {
   const char* plugin;
@@ -141,8 +127,9 @@ constexpr const char* kHairParams[] = {"colorMode",          "colorR",       "co
                                        "colorTintTT",        "colorTintTRT", "eumelanin",
                                        "pheomelanin",        "absorption",   "longitudinalRoughness",
                                        "azimuthalRoughness", "offset",       "IOR"};
-// What may stand beside it, with its letter there.
-char besideHair(const scene::Node& n) {
+// What may stand beside it, with its letter there. on: it lies on something.
+char besideHair(const scene::Node& n, bool on) {
+  if (on && sameName(n.plugin, "LamaDielectric")) return n.params.getInt("fresnelMode", 0) == 1 ? 'R' : 'r';
   return sameName(n.plugin, kHairPlugin)         ? 'I'
          : sameName(n.plugin, "LamaDiffuse")     ? 'D'
          : sameName(n.plugin, "LamaTranslucent") ? 'T'
@@ -171,7 +158,7 @@ class Flattener {
       : network_(network), registry_(registry), diagnostics_(diagnostics) {}
 
   scene::NetworkPtr flat(const scene::Node& terminal, const scene::Node* root) {
-    if (root) survey(*root);
+    if (root) survey(*root, false);
     visits_ = 0;
     isOfHair_ = holdsHair_ && !holdsOthers_;
     mostLeaves_ = isOfHair_ ? kMaxHairLeaves : kMaxLeaves;
@@ -240,22 +227,22 @@ class Flattener {
   std::vector<std::string> lobeNames_;
   int leaves_ = 0, ops_ = 0, visits_ = 0, below_ = 0;
   bool told_ = false, isFilled_ = false;
-  bool holdsHair_ = false, holdsOthers_ = false, isOfHair_ = false;  // others: than those of besideHair(), and layers
+  bool holdsHair_ = false, holdsOthers_ = false, isOfHair_ = false;  // others: than those of besideHair()
   int mostLeaves_ = kMaxLeaves;
 
-  // What a tree is made of, as far as it will be read.
-  void survey(const scene::Node& n) {
-    if (++visits_ > kMaxVisits) return;
+  // What a tree is made of, as far as it will be read; false where nothing comes of it, as add() says.
+  bool survey(const scene::Node& n, bool on) {
+    if (++visits_ > kMaxVisits) return false;
     const OpRow* op = opOf(n);
     if (!op) {
-      const char letter = besideHair(n);
+      const char letter = besideHair(n, on);
       holdsHair_ = holdsHair_ || letter == 'I';
       holdsOthers_ = holdsOthers_ || !letter;
-      return;
+      return true;
     }
-    holdsOthers_ = holdsOthers_ || op->letter == 'L';
-    for (const char* half : {op->below, op->above})
-      if (const scene::Node* q = input(n, half)) survey(*q);
+    const scene::Node *below = input(n, op->below), *above = input(n, op->above);
+    const bool hasBelow = below && survey(*below, on);
+    return (above && survey(*above, on || (hasBelow && op->letter == 'L'))) || hasBelow;
   }
   // Appends a node's tree; false where nothing came of it. on: it lies on something.
   bool add(const scene::Node& n, bool on) {
@@ -349,7 +336,7 @@ class Flattener {
         (shadow->isReference ||
          std::any_of(shadow->floats.begin(), shadow->floats.end(), [](float x) { return x != 0; })))
       node_.params.set(*shadow);
-    if (isOfHair_) return leafOfHair(n);
+    if (isOfHair_) return leafOfHair(n, on);
     const bool isThree = sameName(n.plugin, "LamaTricolorSSS");
     if ((isThree || sameName(n.plugin, "LamaSSS")) && subsurface(n, isThree)) return true;
     for (const LeafRow& row : kLeaves) {
@@ -382,29 +369,38 @@ class Flattener {
     if (said) p = *n.params.find(said);
     p.name = prefix + "color";
     node_.params.set(std::move(p));
-    tell(n.pos,
-         "the bxdf '" + n.plugin + "' (node '" + n.handle + "') " +
-             (besideHair(n) ? "can be mixed and summed with hair, LamaDiffuse and LamaTranslucent alone"
-                            : "is no slab that layers are made of"),
-         said ? std::string("a diffuse slab of its ") + said + " stands in" : "a magenta diffuse slab stands in");
+    tell(
+        n.pos,
+        "the bxdf '" + n.plugin + "' (node '" + n.handle + "') " +
+            (besideHair(n, on) ? "can be layered, mixed and summed with hair, LamaDiffuse, LamaTranslucent and coats "
+                                 "of LamaDielectric alone"
+                               : "is no slab that layers are made of"),
+        said ? std::string("a diffuse slab of its ") + said + " stands in" : "a magenta diffuse slab stands in");
     return true;
   }
   // In a material of hair, in which all leaves are those of besideHair().
-  bool leafOfHair(const scene::Node& n) {
+  bool leafOfHair(const scene::Node& n, bool on) {
+    const char letter = besideHair(n, on);
+    if (!letter) return false;  // beyond what was surveyed
     const Descriptor* d = registry_.find(Kind::Bxdf, n.plugin, diagnostics_, n.pos);
     if (!d) return false;
     ResolvedParams(*d, &n, diagnostics_);  // for its messages
-    const char letter = besideHair(n);
     const std::string prefix = next(letter);
     nameLobes(n, prefix);
     if (letter == 'I') {
       for (const char* name : kHairParams) copy(n, d, name, prefix + name);
       return true;
     }
-    copy(n, d, letter == 'D' && n.params.find("diffuseColor") ? "diffuseColor" : "color", prefix + "color");
-    if (letter == 'D') copy(n, d, "roughness", prefix + "roughness");
+    if (letter == 'R' || letter == 'r') {
+      for (const Slot& s : {Slot{"reflectionTint", "color"}, Slot{"transmissionTint", "through"},
+                            Slot{letter == 'R' ? "IOR" : "reflectivity", "coatIOR"}})
+        copy(n, d, s.from, prefix + s.to);
+    } else {
+      copy(n, d, letter == 'D' && n.params.find("diffuseColor") ? "diffuseColor" : "color", prefix + "color");
+    }
+    if (letter != 'T') copy(n, d, "roughness", prefix + "roughness");
     if (const scene::Parameter* normal = n.params.find("normal"); normal && normal->isReference)
-      tell(n.pos, "'" + n.handle + "' is mixed with hair, which has no bumps", "its normal is the fibre's");
+      tell(n.pos, "'" + n.handle + "' is combined with hair, which has no bumps", "its normal is the fibre's");
     return true;
   }
   // Of a leaf whose lobes have a name: which.

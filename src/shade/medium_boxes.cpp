@@ -33,16 +33,13 @@ KN_INLINE void cross(const shade::BoxCrossingArgs& a) {
   }
 }
 
-#define KN_X(W) \
-  [[maybe_unused]] void cross##W(const shade::BoxCrossingArgs& a) { cross<W>(a); }
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kCross, cross)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
 
-BoxCrossingKernel boxCrossingKernel(uint32_t width) { return KN_PICK_WIDTH(width, cross); }
+BoxCrossingKernel boxCrossingKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kCross); }
 
 }  // namespace kinora::shade
 #endif

@@ -7,8 +7,9 @@ namespace {
 constexpr Explanation kExplanations[] = {
     {"BXDF-LAYERS",
      "A material is a tree of bxdfs (LamaSurface, LamaLayer, LamaMix, LamaAdd) that cannot be kept as it is: it has "
-     "more than eight leaves (four with hair), a leaf is no Lama slab, hair is layered or stands beside other slabs "
-     "than LamaDiffuse and LamaTranslucent, nothing is connected, the back differs from the front, or a "
+     "more than eight leaves (four with hair), a leaf is no Lama slab, hair stands beside other slabs than "
+     "LamaDiffuse, LamaTranslucent and coats of LamaDielectric, nothing is connected, the back differs from the "
+     "front, or a "
      "structure written by hand is no tree. The "
      "message says what is done. `kinora plugins LamaSurface` has the rules."},
     {"SHADER-COMPILE",

@@ -112,18 +112,15 @@ void surfaces(shade::SurfacesArgs& a) {
   }
 }
 
-#define KN_X(W)                                                                       \
-  [[maybe_unused]] void programs##W(const shade::ProgramsArgs& a) { programs<W>(a); } \
-  [[maybe_unused]] void surfaces##W(shade::SurfacesArgs& a) { surfaces<W>(a); }       \
-  [[maybe_unused]] void points##W(const PointsArgs& a) { points<W>(a); }
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kPrograms, programs)
+KN_POINTERS(kSurfaces, surfaces)
+KN_POINTERS(kPoints, points)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
-ProgramsKernel programsKernel(uint32_t width) { return KN_PICK_WIDTH(width, programs); }
-SurfacesKernel surfacesKernel(uint32_t width) { return KN_PICK_WIDTH(width, surfaces); }
-PointsKernel pointsKernel(uint32_t width) { return KN_PICK_WIDTH(width, points); }
+ProgramsKernel programsKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kPrograms); }
+SurfacesKernel surfacesKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kSurfaces); }
+PointsKernel pointsKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kPoints); }
 }  // namespace kinora::shade
 #endif

@@ -51,16 +51,13 @@ void quads(const shade::QuadsArgs& q) {
   }
 }
 
-#define KN_X(W) \
-  [[maybe_unused]] void quads##W(const shade::QuadsArgs& a) { quads<W>(a); }
-KN_EACH_WIDTH(KN_X)
-#undef KN_X
+KN_POINTERS(kQuads, quads)
 KINORA_KERNELS_END
 
 #if HWY_ONCE
 namespace kinora::shade {
 
-QuadsKernel quadsKernel(uint32_t width) { return KN_PICK_WIDTH(width, quads); }
+QuadsKernel quadsKernel(uint32_t width) { return *KN_PICK_WIDTH(width, kQuads); }
 
 using Imath::V3f;
 

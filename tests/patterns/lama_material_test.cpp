@@ -77,7 +77,7 @@ TEST(LamaMaterial, TricolorAndHairAreRootsToo) {
   EXPECT_EQ(quietly(hair), quietly(hair + root));
 }
 
-// Mixes and sums of hair, with the diffuse slabs that may stand beside it, become one node of LamaHairSurface.
+// Layers, mixes and sums of hair, with the slabs that may stand beside it, become one node of LamaHairSurface.
 TEST(LamaMaterial, TreesOfHairBecomeTheirStructure) {
   const std::string tree =
       R"(Bxdf "LamaHairChiang" "brown" "int colorMode" [1] "float eumelanin" [2] "float offset" [3]
@@ -95,6 +95,18 @@ Bxdf "LamaAdd" "all" "reference bxdf material1" ["grey"] "reference bxdf materia
   "color leaf2_colorTT" [0.9 0.9 0.9] "float leaf2_azimuthalRoughness" [0.6]
   "color leaf3_color" [0.5 0.4 0.3] "float leaf3_roughness" [0.3]
   "float op1_amount" [0.4] "float op2_amount" [0.8] "float op2_other" [0.2]
+)"));
+  // a coat over hair, and hair over something
+  const std::string layers = R"(Bxdf "LamaHairChiang" "hair" "color colorTT" [0.9 0.6 0.3]
+Bxdf "LamaDielectric" "wet" "int fresnelMode" [1] "float IOR" [1.33] "float roughness" [0.4] "color transmissionTint" [0.9 0.8 0.7]
+Bxdf "LamaLayer" "coated" "reference bxdf materialBase" ["hair"] "reference bxdf materialTop" ["wet"] "float topMix" [0.8]
+Bxdf "LamaDiffuse" "skin" "color color" [0.5 0.4 0.3]
+Bxdf "LamaLayer" "all" "reference bxdf materialBase" ["skin"] "reference bxdf materialTop" ["coated"] "float topMix" [0.7]
+)";
+  EXPECT_EQ(quietly(layers), quietly(R"(Bxdf "LamaHairSurface" "s" "string structure" ["DIRLL"]
+  "color leaf1_color" [0.5 0.4 0.3] "color leaf2_colorTT" [0.9 0.6 0.3]
+  "color leaf3_color" [1 1 1] "color leaf3_through" [0.9 0.8 0.7] "float leaf3_roughness" [0.4] "float leaf3_coatIOR" [1.33]
+  "float op1_amount" [0.8] "float op2_amount" [0.7]
 )"));
   // a half that is not there is black
   const std::string hair = "Bxdf \"LamaHairChiang\" \"a\"\n", mix = "Bxdf \"LamaMix\" \"m\" \"float mix\" [0.25] ";
@@ -185,9 +197,9 @@ TEST(LamaMaterial, WhatCannotBeKeptIsTold) {
       "\"m\" \"reference bxdf material1\" [\"a\"] \"reference bxdf material2\" [\"b\"]\n",
       "a diffuse slab of its colorTT");
   told(
-      "Bxdf \"LamaHairChiang\" \"a\"\nBxdf \"LamaDiffuse\" \"b\"\nBxdf \"LamaLayer\" \"m\" \"reference bxdf "
+      "Bxdf \"LamaHairChiang\" \"a\"\nBxdf \"LamaDielectric\" \"b\"\nBxdf \"LamaLayer\" \"m\" \"reference bxdf "
       "materialTop\" [\"a\"] \"reference bxdf materialBase\" [\"b\"]\n",
-      "mixed and summed with hair");
+      "layered, mixed and summed with hair");
   std::string hairs = "Bxdf \"LamaHairChiang\" \"m0\"\n";
   for (int i = 1; i < 6; ++i)
     hairs += "Bxdf \"LamaHairChiang\" \"h" + std::to_string(i) + "\"\nBxdf \"LamaAdd\" \"m" + std::to_string(i) +

@@ -258,11 +258,15 @@ inline void buildGlassEnergy(GlassEnergy& table, int e, int r) {
 }
 
 // Tables are built at first use, by one thread while the others wait. Call these when a closure is bound.
-inline const ReflectionEnergy& reflectionEnergyTable() {
-  static ReflectionEnergy table;
-  static const bool built = (buildReflectionEnergy(table), true);
+template <class Table, void (*build)(Table&)>
+const Table& builtTable() {
+  static Table table;
+  static const bool built = (build(table), true);
   (void)built;
   return table;
+}
+inline const ReflectionEnergy& reflectionEnergyTable() {
+  return builtTable<ReflectionEnergy, buildReflectionEnergy>();
 }
 // Ready for relative indices (the larger over the smaller) and roughnesses between bounds: only the nodes around them
 // are built, so that smooth glass, which most is, waits for a few of them.

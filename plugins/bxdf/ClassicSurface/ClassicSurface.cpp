@@ -37,11 +37,9 @@ constexpr Param kParams[] = {
     param::number("roughness", 0.1f)
         .range(0.02f, 1)
         .help("Highlights are the cosine of normal and half-way vector to the power 8 / roughness, as renderers of "
-              "that "
-              "time drew them; at least 0.008."),
+              "that time drew them; at least 0.008."),
     param::number("Kr", 0.f).help("Fraction reflected as by a mirror."),
-    param::integer("metallic", 0)
-        .range(0, 1)
+    param::flag("metallic", false)
         .help("1: highlights and reflections are multiplied by surfaceColor, as those of metals."),
     param::color("unlitColor", 0.f)
         .help("Radiance by no direction, before surfaceColor: Ka times ambient light; 1 for a constant surface. "

@@ -9,7 +9,6 @@ enum : int { kTint, kFresnelMode, kIor, kExtinction, kReflectivity, kEdgeColor, 
 constexpr Param kParams[] = {
     param::color("tint", 1.f).help("Multiplies what is reflected."),
     param::integer("fresnelMode", 0)
-        .range(0, 1)
         .options("0 scientific, 1 artistic")
         .help("Scientific: IOR and extinction. Artistic: reflectivity and edgeColor, after Gulbrandsen (JCGT 2014)."),
     param::color("IOR", 0.18f, 0.42f, 1.37f).range(0.1f, 4).help("Scientific: index of refraction, by channel."),
@@ -22,9 +21,9 @@ constexpr Param kParams[] = {
     param::normal("conductorNormal").help(KINORA_LAMA_LATER "Another name for the normal in exports."),
     param::number("tailMix", 0.f).help(KINORA_LAMA_LATER "A second, longer tail of the highlight."),
     param::number("tailLength", 0.f).help(KINORA_LAMA_LATER "Its length."),
-    param::integer("overrideExteriorIOR", 0).range(0, 1).help(KINORA_LAMA_LATER "Takes exteriorIOR."),
+    param::flag("overrideExteriorIOR", false).help(KINORA_LAMA_LATER "Takes exteriorIOR."),
     param::number("exteriorIOR", 1.f).range(1, 3).help(KINORA_LAMA_LATER "Index of what lies on the metal."),
-    param::integer("edgeColorMode", 0).range(0, 1).help(KINORA_LAMA_LATER "Another reading of edgeColor."),
+    param::flag("edgeColorMode", false).help(KINORA_LAMA_LATER "Another reading of edgeColor."),
     param::number("surfaceMollification", 0.f).help(KINORA_LAMA_LATER "Roughness added to small curved surfaces."),
     param::number("motionMollification", 0.f).help(KINORA_LAMA_LATER "Roughness added to fast ones."),
     KINORA_LAMA_COMMON};

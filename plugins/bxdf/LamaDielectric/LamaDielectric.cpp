@@ -23,7 +23,6 @@ enum : int {
 constexpr Param kParams[] = {
     KINORA_LAMA_TINTS,
     param::integer("fresnelMode", 0)
-        .range(0, 1)
         .options("0 artistic, 1 scientific")
         .help("Artistic: the index is that of reflectivity. Scientific: IOR."),
     param::number("IOR", 1.5f).range(1, 3).help("Scientific: index of refraction."),

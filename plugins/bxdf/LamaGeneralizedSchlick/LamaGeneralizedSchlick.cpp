@@ -19,7 +19,6 @@ enum : int {
 constexpr Param kParams[] = {
     KINORA_LAMA_TINTS,
     param::integer("fresnelMode", 0)
-        .range(0, 1)
         .options("0 scientific, 1 artistic")
         .help("What is reflected face on: by IOR, or reflectivity."),
     param::color("IOR", 1.5f).range(1, 3).help("Scientific: index of refraction, by channel."),

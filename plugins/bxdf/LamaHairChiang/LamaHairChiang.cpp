@@ -44,7 +44,7 @@ struct LamaHairChiang {
     KN_INLINE Lanes(const Closure& k, const Surface<W>& s) : fiber(k, s) {}
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
       FiberDensity<W> forward, back;
-      fiber.evaluate(wi, Float<W>(1.f), 0, out, forward, back);
+      evaluateFiber(fiber, wi, Float<W>(1.f), 0, out, forward, back);
       out.pdf = forward.mean();
       out.pdfReverse = back.mean();
     }

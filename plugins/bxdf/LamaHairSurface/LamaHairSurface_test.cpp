@@ -1,6 +1,7 @@
 // LamaHairSurface against LamaHairChiang: mixes and sums return what their halves return, by their shares, for paths from
-// the eye and from lights, and densities are mixed by the energies. The registry's statistics cover sampling and
-// furnaces; that a scene's nodes become the structure is in tests/patterns.
+// the eye and from lights, and densities are mixed by the energies; coats reflect by Fresnel's equations and let the rest
+// through, other tops hide as mixes do; eye and light agree on the whole fibre. The registry's statistics cover sampling
+// and furnaces; that a scene's nodes become the structure is in tests/patterns.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -110,6 +111,63 @@ TEST(LamaHairSurface, DiffuseSlabsStandBesideHair) {
       }
     }
   }
+}
+
+// A narrow coat: its peak by Fresnel's equations, and beside it what hair sends through it. From a light the way in is
+// that of the other direction, at the mirrored offset.
+TEST(LamaHairSurface, CoatsLetThroughWhatTheyDoNotReflect) {
+  const double tint[3] = {1, 0.5, 0.25}, through[3] = {0.9, 1, 0.5}, top = 0.8;
+  for (const uint32_t traits : {kTraitEyePath, kTraitLightPath}) {
+    const auto gold = returned(alone(), kGold, traits);
+    for (const bool isArtistic : {false, true}) {
+      const double face = 0.16, index = isArtistic ? 1.4 / 0.6 : 1.8;
+      const auto coated =
+          returned(surface(),
+                   std::string(isArtistic ? "structure=IrL" : "structure=IRL") + "; op1_amount=0.8" + leaf(1, kGold) +
+                       leaf(2, "color=1 0.5 0.25; through=0.9 1 0.5; roughness=0; coatIOR=" +
+                                   std::to_string(isArtistic ? face : index)),
+                   traits);
+      for (size_t i = 0; i < coated.size(); ++i) {
+        const double in = traits == kTraitEyePath ? kInclination : kDirections[i][0];
+        const double f = reflectance(std::cos(in) * std::cos(kNormal), index);
+        const double degree = kDegree, spread = degree * std::sqrt(3.0) / kPi;
+        const double peak = 1 / (std::sqrt(2 * kPi) * degree * std::cos(kInclination) * 4 * spread);
+        for (int k = 0; k < 3; ++k) {
+          const double below = (1 - top + top * through[k] * (1 - tint[k] * f)) * gold[i].rgb[k];
+          const double expected = below + (i == 0 ? top * tint[k] * f * peak : 0);
+          EXPECT_NEAR(coated[i].rgb[k], expected, 2e-6 + (i == 0 ? 0.01 : 1e-4) * expected)
+              << isArtistic << " direction " << i << " channel " << k;
+        }
+      }
+    }
+  }
+}
+
+TEST(LamaHairSurface, OpaqueTopsHideAsMixesDo) {
+  for (const uint32_t traits : {kTraitEyePath, kTraitLightPath})
+    for (const char* leaves : {"II", "ID", "IT", "DI"}) {
+      const std::string rest = "; op1_amount=0.3" + leaf(1, kGold) + leaf(2, kDark) + "; leaf2_color=0.7 0.2 0.9";
+      const auto layer = returned(surface(), std::string("structure=") + leaves + "L" + rest, traits),
+                 mix = returned(surface(), std::string("structure=") + leaves + "M" + rest, traits);
+      for (size_t i = 0; i < mix.size(); ++i) {
+        for (int k = 0; k < 3; ++k)
+          EXPECT_NEAR(layer[i].rgb[k], mix[i].rgb[k], 1e-6 + 1e-5 * mix[i].rgb[k]) << leaves << " direction " << i;
+        EXPECT_NEAR(layer[i].pdf, mix[i].pdf, 1e-6 + 1e-5 * mix[i].pdf) << leaves << " direction " << i;
+      }
+    }
+}
+
+TEST(LamaHairSurface, EyeAndLightAgreeOnACoatedFibre) {
+  const Setting s =
+      settingOf(surface(), "structure=IDMRL; op1_amount=0.4; op2_amount=0.9" + leaf(1, kGold) +
+                               leaf(2, "color=0.6 0.7 0.2") + leaf(3, "color=1 1 1; roughness=0.7; coatIOR=2"));
+  for (const double eye : {0.3, -0.8})
+    for (const double light : {-0.4, 0.5})
+      for (const double azimuth : {0.3, 1.8, -2.2}) {
+        const double seen = wholeFibre(surface(), s, eye, light, azimuth, kTraitEyePath),
+                     lit = wholeFibre(surface(), s, light, eye, -azimuth, kTraitLightPath);
+        EXPECT_NEAR(lit, seen, 0.01 * seen + 1e-6) << "eye " << eye << " light " << light << " " << azimuth;
+      }
 }
 
 }  // namespace

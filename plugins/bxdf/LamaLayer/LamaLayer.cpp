@@ -8,8 +8,8 @@ KINORA_KERNELS_BEGIN
 
 constexpr Param kParams[] = {
     param::structure("materialTop")
-        .help("What lies on top. Dielectric, Schlick and sheen let through what they do not reflect; diffuse and "
-              "conductors nothing."),
+        .help("What lies on top. Dielectric, Schlick and sheen let through what they do not reflect; diffuse, "
+              "conductors and hair nothing."),
     param::structure("materialBase")
         .help("What lies under it: it gets what the top lets through, the lesser of the ways in and out."),
     param::number("topMix", 1.f).help("Visibility of the top: 0 the base alone."),

@@ -35,7 +35,6 @@ constexpr Param kParams[] = {
               "the next. Integrators other than PxrPathTracer, PxrDirectLighting and PxrOcclusion reflect diffusely "
               "instead."),
     param::integer("albedoInversionMethod", 0)
-        .range(0, 1)
         .options("0 Pixar, 1 Chiang")
         .help("Path traced, 1: sssRadius is the way from one scattering to the next, whatever the albedo."),
     param::color("sssColor", 0.18f).help("Another name of color; counts where it is not 0.18."),

@@ -58,7 +58,7 @@ enum : uint32_t {  // of a leaf
       param::integer("leaf" #n "_lobes", 0)                                                                         \
           .range(0, 2)                                                                                              \
           .help("Leaf " #n ": its lobes are named by lobeName1, lobeName2; 0: Diffuse, Specular ..."),              \
-      param::integer("leaf" #n "_bumpShadowing", 1).range(0, 1).help("Leaf " #n ": bumpShadowing of it.")
+      param::flag("leaf" #n "_bumpShadowing", true).help("Leaf " #n ": bumpShadowing of it.")
 #define OP(n)                                                                                         \
   param::number("op" #n "_amount", 1.f).help("Operation " #n ": topMix, mix, or the base's weight."), \
       param::number("op" #n "_other", 1.f).help("Operation " #n ": weight of the second of a sum.")
@@ -68,14 +68,11 @@ constexpr Param kParams[] = {
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::string("structure", "D")
         .options("D|DRL|CDM|DHP|GRL|DSLHL|TDMEP|TGM|XQM")
-        .help(
-            "The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
-            "colours), G "
-            "glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), F film, H sheen, T "
-            "translucent, E emission, U subsurface by sssRadius and its kin, the second such leaf by sss2Radius (X "
-            "exponential, Y Burley's profile, Q three of them; V, "
-            "W, "
-            "Z the same by mean free paths). L: the newest lies on the one before, M: mix, P: sum."),
+        .help("The tree in postfix order, made from what is connected. Leaves: D diffuse, C conductor (A by "
+              "colours), G glass and R dielectric on something (g, r by reflectivity), S Schlick (s by index), F "
+              "film, H sheen, T translucent, E emission, U subsurface by sssRadius and its kin, the second such leaf "
+              "by sss2Radius (X exponential, Y Burley's profile, Q three of them; V, W, Z the same by mean free "
+              "paths). L: the newest lies on the one before, M: mix, P: sum."),
     KINORA_LAMA_SHADOW_COLOR,
     param::string("lobeName1", "").help("Name in light path expressions of the lobes of some leaves."),
     param::string("lobeName2", "").help("The same of others."),

@@ -29,9 +29,8 @@ constexpr Param kParams[] = {
     param::number("nearWeight", 1.f / 3).help("Share of the near layer. Weights of a sum above 1 are scaled to 1."),
     param::color("nearColor", 0.18f).help("Albedo of the near layer: what comes out of what arrives there."),
     param::number("nearRadius", 0.f)
-        .help(
-            "How far light goes in the near layer, in millimetres: its diffuse mean free path, in all channels. All "
-            "three 0: diffuse reflection."),
+        .help("How far light goes in the near layer, in millimetres: its diffuse mean free path, in all channels. "
+              "All three 0: diffuse reflection."),
     param::number("midWeight", 1.f / 3).help("Share of the middle layer."),
     param::color("midColor", 0.18f).help("Albedo of the middle layer."),
     param::number("midRadius", 0.f).help("How far light goes in the middle layer."),
@@ -48,10 +47,8 @@ constexpr Param kParams[] = {
         .traceSet()
         .help("Groups of objects (grouping:membership) that are one body with the surface; empty: the object alone."),
     param::number("sssFollowTopology", 0.f)
-        .range(0, 1)
-        .help(
-            "1: light that comes out where the surface faces another way than where it went in counts by the cosine "
-            "between the two, not at all beyond a right angle; 0: wherever it comes out."),
+        .help("1: light that comes out where the surface faces another way than where it went in counts by the "
+              "cosine between the two, not at all beyond a right angle; 0: wherever it comes out."),
     KINORA_LAMA_COMMON};
 #define KINORA_TRICOLOR_WHITE "nearColor=1 1 1; midColor=1 1 1; farColor=1 1 1"
 constexpr const char* kLossless[] = {KINORA_TRICOLOR_WHITE, nullptr};

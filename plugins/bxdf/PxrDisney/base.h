@@ -123,10 +123,7 @@ inline void buildDisneyEnergy(pxrDisney::EnergyTable& table) {
     }
 }
 inline const pxrDisney::EnergyTable& disneyEnergyTable() {
-  static pxrDisney::EnergyTable table;
-  static const bool built = (buildDisneyEnergy(table), true);
-  (void)built;
-  return table;
+  return builtTable<pxrDisney::EnergyTable, buildDisneyEnergy>();
 }
 
 // The coat: normals after Trowbridge and Reitz with exponent 1, whose tail is long, masking of a fixed GGX alpha 0.25

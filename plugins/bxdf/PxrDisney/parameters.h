@@ -33,16 +33,14 @@ constexpr Param kParams[] = {
     param::number("specular", 0.5f).help("Reflectance of the dielectric face on, in units of 0.08."),
     param::number("specularTint", 0.f).help("Tints that reflectance towards the hue of baseColor."),
     param::number("roughness", 0.25f)
-        .help(
-            "Of diffuse and specular; the facets' alpha is its square, below 0.001 a mirror. Their shadowing is the "
-            "course's of 2012, alpha ((1 + roughness) / 2)^2 in both directions apart, nothing given back: a white "
-            "metal of roughness 0.25, 0.5, 1 returns 0.99, 0.88, 0.31 face on and 0.51, 0.50, 0.49 at a cosine of "
-            "0.25."),
+        .help("Of diffuse and specular; the facets' alpha is its square, below 0.001 a mirror. Their shadowing is "
+              "the course's of 2012, alpha ((1 + roughness) / 2)^2 in both directions apart, nothing given back: a "
+              "white metal of roughness 0.25, 0.5, 1 returns 0.99, 0.88, 0.31 face on and 0.51, 0.50, 0.49 at a "
+              "cosine of 0.25."),
     param::number("anisotropic", 0.f)
-        .help(
-            "Stretches highlights along the surface's tangent. The shadowing stays without direction, as published: "
-            "at 1, roughness 0.75 and grazing angles the long side returns 1.5 times what arrives, the short one "
-            "0.1."),
+        .help("Stretches highlights along the surface's tangent. The shadowing stays without direction, as "
+              "published: at 1, roughness 0.75 and grazing angles the long side returns 1.5 times what arrives, the "
+              "short one 0.1."),
     param::number("sheen", 0.f).help("An additional grazing part, for cloth."),
     param::number("sheenTint", 0.5f).help("Tints it towards the hue of baseColor."),
     param::number("clearcoat", 0.f).help("A second, colourless highlight; 1 is a quarter of a dielectric's."),

@@ -56,7 +56,7 @@ constexpr Param kParams[] = {
     param::number("sheenTint", 0.5f).help("Tints it towards the hue of baseColor."),
     param::number("diffTrans", 0.f).range(0, 2).help("Diffuse light that passes, in halves: 2 is all."),
     param::number("specTrans", 0.f).help("From the opaque dielectric to glass."),
-    param::integer("thin", 0).range(0, 1).help("1: a sheet, which does not bend what passes; 0: bounds a medium."),
+    param::flag("thin", false).help("1: a sheet, which does not bend what passes; 0: bounds a medium."),
     param::color("transColor", 1.f).help("Multiplies what glass lets through."),
     param::color("transmittanceColor", 1.f).help("Colour left of white light after atDistance inside glass."),
     param::number("atDistance", 1.f).range(0.1f, 10).help("The distance of transmittanceColor, render units."),
@@ -69,11 +69,9 @@ constexpr Param kParams[] = {
     param::number("subsurfaceAnisotropy", 0.f).range(-1, 1).help("Mean cosine of that scattering, limited to 0.95."),
     param::number("ssAnisotropy", 0.f).range(-1, 1).help("Another name of it, where that is 0."),
     param::integer("transmissionBehavior", 0).range(0, 2).help(LATER "What shadow rays do."),
-    param::integer("shadowBumpTerminator", 1)
-        .range(0, 1)
+    param::flag("shadowBumpTerminator", true)
         .help("1: what bumps reflect that lean towards a light fades where the surface under them sees it no more. "
-              "Not of "
-              "mirrors and glass."),
+              "Not of mirrors and glass."),
     param::make(Type::Int, "inputAOV", 0, 0, 0).help("Patterns that show values in display channels: PxrMatteID."),
 };
 #undef LATER

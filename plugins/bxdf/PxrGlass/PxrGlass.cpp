@@ -38,16 +38,13 @@ constexpr Param kParams[] = {
         .range(0, 10)
         .help("Absorption inside, per unit of length, of a channel whose absorptionColor is 1."),
     param::normal("bumpNormal").help("Shading normal from a bump pattern."),
-    param::integer("mwWalkable", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("mwWalkable", false)
         .help("Manifold walks go through: the caustics of lights with cheapCaustics are found by them. Not where "
               "bumpNormal is connected."),
     param::number("mwIor", -1.f)
         .range(-1, 3)
-        .help(
-            "Index of refraction of manifold walks through clear glass; -1: ior. Another one moves the caustic from "
-            "where the glass would throw it."),
+        .help("Index of refraction of manifold walks through clear glass; -1: ior. Another one moves the caustic "
+              "from where the glass would throw it."),
 };
 
 // refractionColor where it is not white, else transmissionColor.

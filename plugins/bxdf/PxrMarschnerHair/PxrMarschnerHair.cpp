@@ -43,7 +43,6 @@ enum : uint32_t {
 };
 constexpr Param kParams[] = {
     param::integer("diffuseModelType", 0)
-        .range(0, 1)
         .options("0 Zinke, 1 Kajiya")
         .help("Diffuse scattering of a white cylinder, more of it back than through, or the same on all sides."),
     param::number("diffuseGain", 0.f)
@@ -83,8 +82,7 @@ constexpr Param kParams[] = {
         .help("1: the diffuse lobe gets what the others leave. 0: it is added to them."),
     param::color("shadowColor", 0.f)
         .help("Share of lights' light that is left in shadows which the hair casts, by channel. Light paths (PxrVCM) "
-              "see "
-              "nothing of it."),
+              "see nothing of it."),
     param::number("presence", 1.f).help("Existence of the surface: 0 is a hole."),
     param::make(Type::Int, "inputAOV", 0, 0, 0).help("Patterns that show values in display channels: PxrMatteID."),
 };
@@ -219,10 +217,6 @@ struct PxrMarschnerHair {
       own = sideOf(frame.outgoing, frame.gamma, turn);
     }
 
-    static KN_INLINE Rgb<W> positive(Rgb<W> c) {
-      const F none(0.f);
-      return {max(c.x, none), max(c.y, none), max(c.z, none)};
-    }
     static KN_INLINE F within(F x) { return clamp(x, F(0.f), F(1.f)); }
     // Of the paths beyond TRT, relative to TRT: a geometric series (Chiang et al. 2016).
     static KN_INLINE F beyond(F f, F inside) { return f * inside / max(fnma(f, inside, F(1.f)), F(1e-4f)); }
@@ -268,16 +262,20 @@ struct PxrMarschnerHair {
       }
     }
     KN_INLINE void evaluate(Vec3<W> wi, LobeSum<W>& out) const {
-      evaluateFiber(*this, wi, out, [&](const Inclination<W>& i, F phi) HWY_ATTR {
+      FiberDensity<W> forward, back;
+      evaluateFiber(*this, wi, F(1.f), kLobeR, out, forward, back, [&](const Inclination<W>& i, F phi) HWY_ATTR {
         return sideOf(i, -frame.gamma, select(turnsWithNormal, -turn, turn - phi));
       });
+      out.pdf = forward.mean();
+      out.pdfReverse = back.mean();
     }
-    KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, LobeSum<W>& out) const {
+    KN_INLINE void add(const Side& side, const F density[kTechniques], F scale, Vec3<W> wi, uint32_t first,
+                       LobeSum<W>& out) const {
       const F f = side.hit.reflectance, t = F(1.f) - f, trt = t * t * f * scale;
       const Mask<W> above = dot(Ng, wi) >= F(0.f);
       const auto put = [&](uint32_t lobe, Rgb<W> w) {
-        out.add(lobe, zeroUnless(above, w));
-        out.add(lobe + 1, zeroUnless(!above, w));
+        out.add(first + lobe, zeroUnless(above, w));
+        out.add(first + lobe + 1, zeroUnless(!above, w));
       };
       put(kLobeR, color[kPathR] * (f * scale * density[kPathR]));
       put(kLobeTT, color[kPathTT] * (t * t * scale * density[kPathTT]));

@@ -50,31 +50,25 @@ constexpr Param kParams[] = {
         .range(-1, 1)
         .help("Mean cosine of scattering: 1 forward (taken as .99), 0 even, -1 backward."),
     param::number("anisotropy2", 0.f).range(-1, 1).help("The same of a second lobe."),
-    param::number("blendFactor", 0.f).range(0, 1).help("Share of the second lobe."),
+    param::number("blendFactor", 0.f).help("Share of the second lobe."),
     param::integer("multiScatter", 0)
-        .range(0, 1)
         .options("0 once, 1 any number of times")
         .help("How often light is scattered in the medium; once: points in it see the lights alone."),
     param::number("maxDensity", -1.f)
         .fixed()
         .help("Largest extinction that patterns make of it, per unit of length; -1: found out by looking."),
     param::number("equiangularWeight", 0.5f)
-        .range(0, 1)
         .fixed()
-        .help(
-            "How much distances that suit nearby lights count, beside those that suit the extinction: 0 not at all, "
-            "1 alone where they are tried."),
+        .help("How much distances that suit nearby lights count, beside those that suit the extinction: 0 not at "
+              "all, 1 alone where they are tried."),
     param::integer("multiScatterOpt", 0)
-        .range(0, 1)
         .options("0 exact, 1 approximate")
         .help("Light that was scattered often goes on through a thinner medium, by the two multipliers."),
     param::number("extinctionMultiplier", 1.f)
-        .range(0, 1)
         .fixed()
         .help("With multiScatterOpt: factor on the extinction from where a path is scattered on, again at each "
               "scattering."),
     param::number("contributionMultiplier", 1.f)
-        .range(0, 1)
         .fixed()
         .help("With multiScatterOpt: factor on the light that each scattering but the first brings."),
     param::integer("minSamples", 4).range(0, 64).help(kOneDistance),

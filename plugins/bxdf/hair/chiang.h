@@ -76,19 +76,6 @@ namespace {
 // Ways to make a direction: the paths of HairPath without glints, then all longer ones.
 enum ChiangTechnique : uint32_t { kChiangLonger = kPathGlint, kChiangTechniques };
 
-// The density of a direction, summed over techniques by their energies, and the sum of these.
-template <int W>
-struct FiberDensity {
-  Float<W> sum = Float<W>(0.f), total = Float<W>(0.f);
-  KN_INLINE FiberDensity() {}
-  template <uint32_t N>
-  KN_INLINE void set(const Float<W> (&energy)[N], Float<W> all, const Float<W> (&density)[N]) {
-    total = all;
-    for (uint32_t k = 0; k < N; ++k) sum = fma(energy[k], density[k], sum);
-  }
-  KN_INLINE Float<W> mean() const { return sum / max(total, Float<W>(1e-30f)); }
-};
-
 template <int W>
 struct ChiangFiber {
   using F = Float<W>;
@@ -153,11 +140,6 @@ struct ChiangFiber {
     own = sideOf(frame.outgoing, frame.gamma);
   }
 
-  static KN_INLINE Rgb<W> positive(Rgb<W> c) {
-    const F none(0.f);
-    return {max(c.x, none), max(c.y, none), max(c.z, none)};
-  }
-
   KN_INLINE Side sideOf(const Inclination<W>& o, F normal) const {
     const F one(1.f);
     Side s;
@@ -187,26 +169,9 @@ struct ChiangFiber {
       out[p] = along[p].density(from.shifted[p], i) * about.density(phi - from.hit.centre[p]);
     out[kChiangLonger] = along[kPathTRT].density(from.shifted[kPathTRT], i) * F(kInvTwoPi);
   }
-  // Adds the values, times `gain`, to the lobes from `lobe` on: R, TT and TRT, of each that of wo's side and that from
-  // behind. `back` only where it is wanted.
-  KN_INLINE void evaluate(Vec3<W> wi, F gain, uint32_t lobe, LobeSum<W>& out, FiberDensity<W>& forward,
-                          FiberDensity<W>& back) const {
-    F phi;
-    const Inclination<W> i = frame.inclinationOf(wi, phi);
-    F density[kChiangTechniques];
-    densities(own, i, phi, density);
-    forward.set(own.energy, own.total, density);
-    if (out.wantsReverse || adjoint) {
-      // the way back comes in at the mirrored offset
-      const Side other = sideOf(i, -frame.gamma);
-      F lit[kChiangTechniques];
-      densities(other, frame.outgoing, -phi, lit);
-      back.set(other.energy, other.total, lit);
-      if (adjoint) add(other, lit, gain * (i.c / max(frame.outgoing.c, F(1e-3f))), wi, lobe, out);
-    }
-    if (!adjoint) add(own, density, gain, wi, lobe, out);
-  }
-  KN_INLINE void add(const Side& side, const F density[kChiangTechniques], F scale, Vec3<W> wi, uint32_t lobe,
+  // To the lobes from `lobe` on: R, TT and TRT, of each that of wo's side and that from behind.
+  template <class Scale>
+  KN_INLINE void add(const Side& side, const F density[kChiangTechniques], Scale scale, Vec3<W> wi, uint32_t lobe,
                      LobeSum<W>& out) const {
     const Mask<W> above = dot(Ng, wi) >= F(0.f);
     for (uint32_t p = 0; p < 3; ++p) {

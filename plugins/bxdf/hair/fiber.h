@@ -58,6 +58,12 @@ KN_INLINE Float<W> scaledBesselI0(Float<W> x) {
   return select(x < F(3.75f), p * exp(-x), q / sqrt(large));
 }
 
+template <int W>
+KN_INLINE Rgb<W> positive(Rgb<W> c) {
+  const Float<W> none(0.f);
+  return {max(c.x, none), max(c.y, none), max(c.z, none)};
+}
+
 // An inclination by its sine and cosine.
 template <int W>
 struct Inclination {
@@ -199,14 +205,19 @@ struct FiberHit {
   }
 };
 
-// Density of a mixture of techniques, each of an energy.
-template <int W, uint32_t N>
-KN_INLINE Float<W> mixedDensity(const Float<W> (&energy)[N], Float<W> total, const Float<W> (&density)[N]) {
-  Float<W> sum(0.f);
-  for (uint32_t k = 0; k < N; ++k) sum = fma(energy[k], density[k], sum);
-  return sum / max(total, Float<W>(1e-30f));
-}
-// Which of them, by energy; what is left of w is uniform again.
+// The density of a direction, summed over techniques by their energies, and the sum of these.
+template <int W>
+struct FiberDensity {
+  Float<W> sum = Float<W>(0.f), total = Float<W>(0.f);
+  KN_INLINE FiberDensity() {}
+  template <uint32_t N>
+  KN_INLINE void set(const Float<W> (&energy)[N], Float<W> all, const Float<W> (&density)[N]) {
+    total = all;
+    for (uint32_t k = 0; k < N; ++k) sum = fma(energy[k], density[k], sum);
+  }
+  KN_INLINE Float<W> mean() const { return sum / max(total, Float<W>(1e-30f)); }
+};
+// Which of the techniques, by energy; what is left of w is uniform again.
 template <int W>
 struct ChosenTechnique {
   Int<W> which;
@@ -263,27 +274,36 @@ KN_INLINE Vec3<W> sampleFiber(const FiberFrame<W>& frame, const AlongLobe<W> (&a
 
 // A fibre's lobes towards wi, by the lanes of a material: its frame, what it knows of the side that is seen (own) with
 // the techniques' energies, their densities(), and add() of what one side sends to the other.
+// Values are times `gain` (a number, or one by channel) and go to the lobes from `lobe` on. back only where it is wanted.
 // otherSide(inclination, phi): what would be known of a side that is seen from there.
-template <int W, class Lanes, class OtherSide>
-KN_INLINE void evaluateFiber(const Lanes& k, Vec3<W> wi, LobeSum<W>& out, OtherSide otherSide) {
+template <int W, class Lanes, class Gain, class OtherSide>
+KN_INLINE void evaluateFiber(const Lanes& k, Vec3<W> wi, Gain gain, uint32_t lobe, LobeSum<W>& out,
+                             FiberDensity<W>& forward, FiberDensity<W>& back, OtherSide otherSide) {
   using F = Float<W>;
   constexpr uint32_t kTechniques = std::extent_v<decltype(Lanes::Side::energy)>;
   F phi;
   const Inclination<W> i = k.frame.inclinationOf(wi, phi);
-  F forward[kTechniques];
-  k.densities(k.own, i, phi, forward);
-  out.pdf = mixedDensity(k.own.energy, k.own.total, forward);
+  F density[kTechniques];
+  k.densities(k.own, i, phi, density);
+  forward.set(k.own.energy, k.own.total, density);
   // The way back through the fibre comes in at the mirrored offset: with another one, the density would go with other
   // values than with those that it is of, and weights of light transport by them would not sum to 1 over the width.
   if (out.wantsReverse || k.adjoint) {
     const typename Lanes::Side other = otherSide(i, phi);
-    F back[kTechniques];
-    k.densities(other, k.frame.outgoing, -phi, back);
-    out.pdfReverse = mixedDensity(other.energy, other.total, back);
+    F lit[kTechniques];
+    k.densities(other, k.frame.outgoing, -phi, lit);
+    back.set(other.energy, other.total, lit);
     // light leaves towards wi: what an eye there would see of the fibre's whole width
-    if (k.adjoint) k.add(other, back, i.c / max(k.frame.outgoing.c, F(1e-3f)), wi, out);
+    if (k.adjoint) k.add(other, lit, gain * (i.c / max(k.frame.outgoing.c, F(1e-3f))), wi, lobe, out);
   }
-  if (!k.adjoint) k.add(k.own, forward, F(1.f), wi, out);
+  if (!k.adjoint) k.add(k.own, density, gain, wi, lobe, out);
+}
+// Of round fibres: all that is known of a side follows from the inclination and the offset.
+template <int W, class Lanes, class Gain>
+KN_INLINE void evaluateFiber(const Lanes& k, Vec3<W> wi, Gain gain, uint32_t lobe, LobeSum<W>& out,
+                             FiberDensity<W>& forward, FiberDensity<W>& back) {
+  evaluateFiber(k, wi, gain, lobe, out, forward, back,
+                [&](const Inclination<W>& i, Float<W>) HWY_ATTR { return k.sideOf(i, -k.frame.gamma); });
 }
 
 }  // namespace

@@ -95,14 +95,13 @@ inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "
       param::number(p "Anisotropy", 0.f)                                                                          \
           .range(-1, 1)                                                                                           \
           .help("Path traced: mean cosine of scattering (Henyey and Greenstein), limited to 0.95 both ways."),    \
-      param::number(p "Bleed", 0.f).range(0, 1).help("Mode 0: heavier tails of free flights at the same mean."),  \
+      param::number(p "Bleed", 0.f).help("Mode 0: heavier tails of free flights at the same mean."),              \
       param::string(p "Subset", "")                                                                               \
           .traceSet()                                                                                             \
           .help(                                                                                                  \
               "Groups of objects (grouping:membership) that are one body with the surface; empty: the object "    \
               "alone."),                                                                                          \
-      param::integer(p "ContinuationRays", 0)                                                                     \
-          .range(0, 1)                                                                                            \
+      param::flag(p "ContinuationRays", false)                                                                    \
           .help("1: parts of the body that overlap are one; 0: light comes out at the first of its surfaces."),   \
       param::number(p "IOR", 1.f)                                                                                 \
           .range(1, 2)                                                                                            \
@@ -110,7 +109,6 @@ inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "
               "Path traced: index of refraction of the inside. Above 1 light goes in refracted, and the surface " \
               "reflects part of it back inside; a plane surface keeps its colour."),                              \
       param::number(p "FollowTopology", 0.f)                                                                      \
-          .range(0, 1)                                                                                            \
           .help(                                                                                                  \
               "1: light that comes out where the surface faces another way than where it went in counts by the "  \
               "cosine between the two, not at all beyond a right angle; 0: wherever it comes out.")
@@ -133,11 +131,10 @@ inline constexpr InteriorMedium kInterior{"PxrVolume", kInside, kInsideCauses, "
 #define KINORA_LAMA_BUMP_SHADOWING                                                                              \
   "1: what bumps reflect that lean towards a light fades where the surface under them sees it no more. Not of " \
   "mirrors and glass."
-#define KINORA_LAMA_COMMON_OF(bumpShadowing, lobeName)                                                 \
-  KINORA_LAMA_SHADOW_COLOR,                                                                            \
-      param::number("energyCompensation", 1.f).help("No effect: what facets lose always comes back."), \
-      param::integer("bumpShadowing", 1).range(0, 1).help(bumpShadowing),                              \
-      param::string("lobeName", "").help(lobeName),                                                    \
+#define KINORA_LAMA_COMMON_OF(bumpShadowing, lobeName)                                                      \
+  KINORA_LAMA_SHADOW_COLOR,                                                                                 \
+      param::number("energyCompensation", 1.f).help("No effect: what facets lose always comes back."),      \
+      param::flag("bumpShadowing", true).help(bumpShadowing), param::string("lobeName", "").help(lobeName), \
       param::string("matte", "").help(KINORA_LAMA_LATER "Name of a matte.")
 #define KINORA_LAMA_LOBE_NAME                                                                               \
   "Name of its lobes in light path expressions, by which Option \"lpe\" numbers them and \"C<RD'NAME'>L\" " \

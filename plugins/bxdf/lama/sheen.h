@@ -84,12 +84,7 @@ inline void buildSheen(lama::SheenTable& table) {
   for (int r = 0; r < SheenTable::kRough; ++r)
     for (int m = 0; m < SheenTable::kMu; ++m) table.albedo[r][m] *= table.scale[r];
 }
-inline const lama::SheenTable& sheenTable() {
-  static lama::SheenTable table;
-  static const bool built = (buildSheen(table), true);
-  (void)built;
-  return table;
-}
+inline const lama::SheenTable& sheenTable() { return builtTable<lama::SheenTable, buildSheen>(); }
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

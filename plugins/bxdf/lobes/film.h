@@ -92,12 +92,7 @@ inline void buildFilm(lobes::FilmTable& table) {
     for (int k = 0; k < 3; ++k) sum[k].store(table.seen[k] + n);
   }
 }
-inline const lobes::FilmTable& filmTable() {
-  static lobes::FilmTable table;
-  static const bool built = (buildFilm(table), true);
-  (void)built;
-  return table;
-}
+inline const lobes::FilmTable& filmTable() { return builtTable<lobes::FilmTable, buildFilm>(); }
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

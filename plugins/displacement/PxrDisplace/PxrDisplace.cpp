@@ -29,7 +29,7 @@ KINORA_KERNELS_BEGIN
 using namespace displace;
 
 constexpr Param kParams[] = {
-    param::integer("enabled", 1).range(0, 1).options("0 off, 1 on").help("0 leaves the surface where it is."),
+    param::onOff("enabled", true).help("0 leaves the surface where it is."),
     param::number("dispAmount", 1.f).range(-2, 2).help("Factor on the whole displacement."),
     param::number("dispScalar", 0.f).range(-1, 1).help("Distance along the normal; object units."),
     param::vector("dispVector", 0, 0, 0).help("Offset in object space."),

@@ -43,7 +43,7 @@ enum : uint32_t {
 };
 
 const Param kParams[] = {
-    param::integer("asrgba", 1).range(0, 1).help("1: Ci, a and z become R G B, A and Z; 0: they keep their names"),
+    param::flag("asrgba", true).help("1: Ci, a and z become R G B, A and Z; 0: they keep their names"),
     param::string("asrgbaalphachannel", "").help("channel that becomes A; \"\": a"),
     param::string("asrgbacolorchannel", "").help("channel that becomes R G B; \"\": Ci"),
     param::string("autocrop", "false").options("false|true").help("data window shrinks to the pixels that are not 0"),

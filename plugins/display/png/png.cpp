@@ -11,7 +11,7 @@ namespace kinora {
 namespace {
 
 const Param kParams[] = {
-    param::integer("quantize", 1).range(0, 1).help("1: 8 bits a channel; 0: 16 bits"),
+    param::flag("quantize", true).help("1: 8 bits a channel; 0: 16 bits"),
     param::string("view", "")
         .help("OpenColorIO view to look through ($OCIO); \"default\": the configuration's; \"\": plain sRGB"),
 };

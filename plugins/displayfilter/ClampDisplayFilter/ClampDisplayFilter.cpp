@@ -10,7 +10,6 @@ constexpr Param kParams[] = {
     param::string("aovAlpha", "a")
         .help("Channel of alpha, which is cut to 0..1; colours may not exceed it in mode 1."),
     param::integer("mode", 0)
-        .range(0, 1)
         .options("0 to 0..1, 1 to alpha")
         .help("Where colours end; 1 without an alpha channel counts as 0."),
 };

@@ -12,16 +12,13 @@ constexpr Param kParams[] = {
         .help("Channel that says how much of a pixel is covered; without it nothing is done."),
     param::color("topColor", 0.35f).help("Colour at the top of the picture; scene-linear."),
     param::color("bottomColor", 0.85f).help("Colour at the bottom."),
-    param::number("sharpness", 0.f).range(0, 1).help("0 fades evenly, 1 makes the change sudden."),
-    param::number("midPoint", 0.5f)
-        .range(0, 1)
-        .help("Where the change is, about: part of the way down; 0.5 is the middle."),
+    param::number("sharpness", 0.f).help("0 fades evenly, 1 makes the change sudden."),
+    param::number("midPoint", 0.5f).help("Where the change is, about: part of the way down; 0.5 is the middle."),
     param::number("frequency", 1.f).range(1, 8).help("How often the picture's height holds the whole change."),
     param::number("angle", 0.f)
         .range(-90, 90)
         .help("Degrees by which the change is turned, about the upper left corner."),
     param::number("backgroundAlpha", 1.f)
-        .range(0, 1)
         .help("Alpha of the background: 1 says that it covers what was empty, 0 leaves the channel as it is."),
 };
 struct Data : channelMaths::ColorAndAlpha {

@@ -10,10 +10,8 @@ constexpr Param kParams[] = {
         .help("Channel that says how much of a pixel is covered; without it nothing is done."),
     param::color("backgroundColor", 0.f).help("Colour behind the picture; scene-linear."),
     param::number("backgroundAlpha", 0.f)
-        .range(0, 1)
         .help("Alpha of the background: 0 leaves the channel as it is, 1 says that the background covers what was "
-              "empty, "
-              "as after the background imager of old files."),
+              "empty, as after the background imager of old files."),
 };
 std::unique_ptr<channelMaths::Background> make(const CreateInfo& info) {
   const NamedValues v(info, kParams, std::size(kParams));

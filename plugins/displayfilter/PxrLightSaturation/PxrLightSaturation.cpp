@@ -9,7 +9,7 @@ constexpr std::array kParams = {
     channelMaths::kAov,
     param::string("light", "").help("Channel of the light's direct light, e.g. of the expression C[DS]<L.'key'>."),
     param::number("threshold", 1.f).range(0, 2).help("Where its luminance is below this, there is shadow."),
-    param::integer("invert", 0).range(0, 1).options("0 lit, 1 shadow").help("Which part changes."),
+    param::integer("invert", 0).options("0 lit, 1 shadow").help("Which part changes."),
     param::number("shift", 1.f)
         .range(-2, 2)
         .help("Saturation is multiplied by 2 to this power: above 0 more colour, below 0 less."),

@@ -21,7 +21,7 @@ constexpr Param kParams[] = {
         .range(0, 10)
         .help("What is met at distance t closes a direction by exp(-falloff t); 0: wholly, at any distance."),
     param::number("maxDistance", 0.f).range(0, 100).help("Farthest that surfaces occlude, scene units; 0: any."),
-    param::integer("useAlbedo", 0).range(0, 1).options("0 off, 1 on").help("Multiply by the material's albedo."),
+    param::onOff("useAlbedo", false).help("Multiply by the material's albedo."),
 };
 struct Data {
   uint32_t samples = 4;

@@ -28,9 +28,7 @@ constexpr Param kParams[] = {
     pathParameters::kClampLuminance,
     pathParameters::kRouletteDepth,
     pathParameters::kRouletteThreshold,
-    param::integer("allowCaustics", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("allowCaustics", false)
         .help("Keep light that reaches a diffuse surface through mirrors or lenses; off: shadows of glass are tinted "
               "instead."),
     pathParameters::accumOpacity(0),
@@ -47,28 +45,20 @@ constexpr Param kParams[] = {
         .help("With sampleMode manual: paths that go on below the surface."),
     param::string("sampleMode", "bxdf")
         .options("bxdf|manual")
-        .help(
-            "Directions followed from each camera hit. bxdf: numIndirectSamples, among all lobes as these weigh. "
-            "manual: each kind of lobe has a number of its own; a kind that has a share p in the material's lobes is "
-            "followed p times its number, on average over the samples of a pixel."),
+        .help("Directions followed from each camera hit. bxdf: numIndirectSamples, among all lobes as these weigh. "
+              "manual: each kind of lobe has a number of its own; a kind that has a share p in the material's lobes "
+              "is followed p times its number, on average over the samples of a pixel."),
     pathParameters::kMaxPathLength,
     pathParameters::kMaxNonStochasticOpacityEvents,
     param::integer("maxContinuationLength", -1)
         .range(-1, 1000)
         .help("How many surfaces a ray of a path goes through for want of presence; the next one is opaque to it, as "
-              "if "
-              "its presence were 1. -1: as many as there are, up to 256. Shadow rays see every presence."),
-    param::integer("risPathGuiding", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Learn where light comes from over the first samples, and choose directions by that and the materials "
-              "together: for light that comes through narrow gaps."),
-    param::integer("jointSampling", 0)
-        .range(0, 1)
+              "if its presence were 1. -1: as many as there are, up to 256. Shadow rays see every presence."),
+    pathParameters::kRisPathGuiding,
+    param::flag("jointSampling", false)
         .help("No effect: distances along media and lights are always sampled together; `equiangularWeight` of "
               "PxrVolume weighs them."),
     param::number("jointScatteringBias", 0.5f)
-        .range(0, 1)
         .help("No effect: distances along media and lights are always sampled together; `equiangularWeight` of "
               "PxrVolume weighs them."),
     pathParameters::kNumVolumeAggregateSamples,

@@ -30,9 +30,8 @@ constexpr Param kParams[] = {
         .range(0, 3)
         .options("0 off, 1 bidirectional, 2 photons, 3 both")
         .help("Paths that start at lights too. 0: none, as PxrPathTracer without caustics; 1: connected to camera "
-              "paths "
-              "and to the camera, as PxrVCM with mergePaths 0; 2: merged with camera paths near by, as PxrVCM with "
-              "connectPaths 0; 3: PxrVCM with both."),
+              "paths and to the camera, as PxrVCM with mergePaths 0; 2: merged with camera paths near by, as PxrVCM "
+              "with connectPaths 0; 3: PxrVCM with both."),
     pathParameters::kMaxIndirectBounces,
     pathParameters::kNumLightSamples,
     pathParameters::kNumIndirectSamples,
@@ -47,14 +46,11 @@ constexpr Param kParams[] = {
               "with."),
     pathParameters::kNumBxdfSamples,
     pathParameters::accumOpacity(1),
-    param::integer("allowMultilobeIndirect", 0)
-        .range(0, 1)
+    param::flag("allowMultilobeIndirect", false)
         .help("No effect: a direction is drawn from one lobe and weighed by all of them."),
     param::number("catchAllLights", 0.f)
-        .range(0, 1)
         .help("How much of their shadows light samples at the last surface of a path leave out: 1 lights it as if "
-              "nothing "
-              "were in the way, for the light of the bounces that are cut off. With traceLightPaths 0."),
+              "nothing were in the way, for the light of the bounces that are cut off. With traceLightPaths 0."),
     param::number("causticClamp", 1e6f)
         .range(0, 1e30f)
         .help("Largest luminance of one contribution of manifold walks, where indirectClamp is not smaller. With "
@@ -63,23 +59,16 @@ constexpr Param kParams[] = {
         .range(0, 1e30f)
         .help("Largest luminance of one contribution of light that falls on what the camera sees; 1e30 is off."),
     param::number("emissionMultiplier", 1.f).range(0, 100).help("Factor on what surfaces emit, but not lights."),
-    param::integer("enableSampleTimers", 0)
-        .range(0, 1)
-        .help("No effect: statistics always hold the times of stages."),
-    param::integer("enableShadingTimers", 0)
-        .range(0, 1)
-        .help("No effect: statistics always hold the times of stages."),
-    param::integer("enableVolumeCaustics", 0)
-        .range(0, 1)
+    param::flag("enableSampleTimers", false).help("No effect: statistics always hold the times of stages."),
+    param::flag("enableShadingTimers", false).help("No effect: statistics always hold the times of stages."),
+    param::flag("enableVolumeCaustics", false)
         .help("No effect: light paths scatter in media wherever there are any; see mergeMedia."),
     param::number("indirectDirectionalBlurRadius", 0.f)
-        .range(0, 1)
         .help("No effect: what risPathGuiding learns has no such setting."),
     param::integer("indirectOversampling", 2)
         .range(0, 64)
         .help("No effect: what risPathGuiding learns has no such setting."),
     param::number("indirectSpatialBlurRadius", 0.25f)
-        .range(0, 1)
         .help("No effect: what risPathGuiding learns has no such setting."),
     param::integer("indirectTrainingSamples", 0)
         .range(0, 4096)
@@ -92,7 +81,6 @@ constexpr Param kParams[] = {
     pathParameters::kMediaRadius,
     pathParameters::kReduceMediaRadius,
     param::number("walkThreshold", 0.005f)
-        .range(0, 1)
         .help("No effect: a walk that has not arrived after maxIterations is dropped."),
     pathParameters::kMaxNonStochasticOpacityEvents,
     param::number("maxRayDistance", 10000.f)
@@ -103,33 +91,27 @@ constexpr Param kParams[] = {
             "world; lights are. 0 and 1e30 are off. With traceLightPaths 0: a light path that passes what is farther "
             "from the point that it lights would have to light what is in between as well."),
     pathParameters::kNumVolumeAggregateSamples,
-    param::integer("photonAdaptive", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
+    param::flag("photonAdaptive", false).help("No effect: light paths are emitted as lights are."),
     param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect: all within the radius count."),
     param::number("photonEstimationRadius", 0.f)
         .range(0, 1000)
         .help("No effect: merging has a radius in pixels, that of PxrVCM with its defaults, 5 that shrink."),
-    param::integer("photonVisibilityRod", 0).range(0, 1).help("No effect: light paths are emitted as lights are."),
-    param::number("photonVisibilityRodDirectProb", 0.f).range(0, 1).help("No effect: see photonVisibilityRod."),
+    param::flag("photonVisibilityRod", false).help("No effect: light paths are emitted as lights are."),
+    param::number("photonVisibilityRodDirectProb", 0.f).help("No effect: see photonVisibilityRod."),
     param::point("photonVisibilityRodMin", 0.f, 0.f, 0.f).help("No effect: see photonVisibilityRod."),
     param::point("photonVisibilityRodMax", 0.f, 0.f, 0.f).help("No effect: see photonVisibilityRod."),
-    param::integer("risPathGuiding", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("As that of PxrPathTracer, where traceLightPaths is 0: directions by where light was found to come "
-              "from."),
+    pathParameters::kRisPathGuiding,
     pathParameters::kLearnLights,
     pathParameters::kNumLightCandidates,
     pathParameters::kGuidingRegions,
     param::integer("sssOversampling", 8)
         .range(1, 64)
         .help("No effect: a path below a surface is followed by itself, not chosen among candidates."),
-    param::integer("suppressNaNs", 0)
-        .range(0, 1)
+    param::flag("suppressNaNs", false)
         .help("No effect: samples that are no numbers are always left out and told of."),
     pathParameters::kVolumeAggregate,
     pathParameters::kKeptPaths,
-    param::integer("useTraceDepth", 0)
-        .range(0, 1)
+    param::flag("useTraceDepth", false)
         .help("No effect: bounces are counted by maxIndirectBounces, for all objects and lobes alike."),
 };
 

@@ -29,13 +29,9 @@ enum : uint32_t {
 };
 constexpr Param kParams[] = {
     pathParameters::kMaxIndirectBounces,
-    param::integer("connectPaths", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("connectPaths", true)
         .help("Connect camera paths with light paths, and light paths with the camera."),
-    param::integer("mergePaths", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("mergePaths", true)
         .help("Merge vertices of camera paths with those of light paths near by: finds caustics seen in mirrors, and "
               "blurs light by the radius."),
     param::number("mergeRadius", 5.f)
@@ -62,18 +58,14 @@ constexpr Param kParams[] = {
     pathParameters::kRouletteThreshold,
     pathParameters::kNumBxdfSamples,
     pathParameters::kMaxPathLength,
-    param::number("photonGuiding", 0.f).range(0, 1).help("No effect: light paths are emitted as lights are."),
+    param::number("photonGuiding", 0.f).help("No effect: light paths are emitted as lights are."),
     param::point("photonGuidingBBoxMin", 1e30f, 1e30f, 1e30f).help("No effect: see photonGuiding."),
     param::point("photonGuidingBBoxMax", -1e30f, -1e30f, -1e30f).help("No effect: see photonGuiding."),
     pathParameters::kVolumeAggregate,
     pathParameters::kKeptPaths,
     pathParameters::kLearnLights,
-    param::integer("guidingSamples", 64)
-        .range(1, 4096)
-        .help("With learnLights: samples a pixel that are learned from, rounded down to a power of two."),
-    param::integer("guidingRegions", 2048)
-        .range(16, 65536)
-        .help("With learnLights: regions of space that are learned of apart, at most; each takes 200 bytes."),
+    pathParameters::kGuidingSamples,
+    pathParameters::kGuidingRegions,
 };
 
 struct Data : vcm::Options {

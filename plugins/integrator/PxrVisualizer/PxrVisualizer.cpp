@@ -15,17 +15,13 @@ constexpr std::array kParams = {
     param::string("style", "shaded")
         .options("bxdf|shaded|flat|normals|objectnormals|st|matcap")
         .help("What is shown: the material under a headlight, the angle to the view, a colour for each object, "
-              "normals in "
-              "world or object space, texture coordinates, or matCap."),
-    param::integer("wireframe", 1).range(0, 1).options("0 off, 1 on").help("Draw the edges of micropolygons."),
+              "normals in world or object space, texture coordinates, or matCap."),
+    param::onOff("wireframe", true).help("Draw the edges of micropolygons."),
     param::color("wireframeColor", 0.f).help("Of the edges."),
     param::number("wireframeOpacity", 0.5f).help("Of the edges."),
     param::number("wireframeWidth", 1.f).range(0, 10).help("Of the edges, pixels."),
-    param::integer("normalCheck", 0).range(0, 1).options("0 off, 1 on").help("Orange where the inside is seen."),
-    param::integer("normalMap", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Normals from -1 to 1 are shown as 0 to 1."),
+    param::onOff("normalCheck", false).help("Orange where the inside is seen."),
+    param::onOff("normalMap", false).help("Normals from -1 to 1 are shown as 0 to 1."),
     param::string("matCap", "").help("Image of a lit sphere, looked up by the normal in camera space."),
     param::string("shadedPrimVar", "displayColor")
         .help("Colour primvar that tints the style shaded; objects without it are white."),

@@ -22,56 +22,50 @@ inline constexpr Param kNumBxdfSamples =
     param::integer("numBxdfSamples", 1)
         .range(1, 64)
         .help("Accepted for old scenes; indirect directions serve as bxdf samples.");
-inline constexpr Param kClampDepth =
-    param::integer("clampDepth", 2)
-        .range(1, 64)
-        .help(
-            "Bounces of a path from which contributions are clamped, that to the light included: direct light at "
-            "what the camera sees is 1.");
+inline constexpr Param kClampDepth = param::integer("clampDepth", 2)
+                                         .range(1, 64)
+                                         .help(
+                                             "Bounces of a path from which contributions are clamped, that to the "
+                                             "light included: direct light at what the camera sees is 1.");
 inline constexpr Param kClampLuminance = param::number("clampLuminance", 10.f)
                                              .range(0, 1e30f)
                                              .help("Largest luminance of one contribution there; 1e30 is off.");
 inline constexpr Param kRouletteDepth =
     param::integer("rouletteDepth", 4).range(1, 64).help("Path length from which Russian roulette is played.");
-inline constexpr Param kRouletteThreshold = param::number("rouletteThreshold", 0.2f)
-                                                .range(0, 1)
-                                                .help("Only paths whose throughput is below this play it; 0 is off.");
+inline constexpr Param kRouletteThreshold =
+    param::number("rouletteThreshold", 0.2f).help("Only paths whose throughput is below this play it; 0 is off.");
 inline constexpr Param kMaxPathLength =
     param::integer("maxPathLength", -1).range(-1, 64).help("Old name: maxIndirectBounces + 1; -1 is not given.");
 
 // Of one default or the other.
 constexpr Param accumOpacity(int byDefault) {
   return param::integer("accumOpacity", byDefault)
-      .range(0, 1)
       .options("0 off, 1 on")
       .help(
           "Alpha of what the camera sees through glass: 0: glass covers its pixel; 1: by what it takes of what is "
           "behind, where paths that were only refracted meet nothing there (infinite lights are nothing). Paths "
-          "without "
-          "light paths only.");
+          "without light paths only.");
 }
 inline constexpr Param kMaxNonStochasticOpacityEvents =
     param::integer("maxNonStochasticOpacityEvents", 0)
         .range(0, 64)
         .help(
             "No effect: chance decides for each sample whether a surface is present, so that all its channels show "
-            "one "
-            "surface; a sample pattern keeps that noise low.");
+            "one surface; a sample pattern keeps that noise low.");
 
 inline constexpr Param kMergeMedia =
     param::integer("mergeMedia", 0)
         .range(0, 3)
         .options("0 off, 1 points, 2 beams, 3 both")
         .help(
-            "Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays "
-            "with rays "
-            "(beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points.");
-inline constexpr Param kMediaRadius = param::number("mediaRadius", 2.f)
-                                          .range(0, 1000)
-                                          .help(
-                                              "Radius of merging in media in pixels, as mergeRadius; 0 merges "
-                                              "nothing there. What is thinner lets light "
-                                              "through in the first samples.");
+            "Merge paths in media too. 1: vertices with vertices within a ball; 2: rays with vertices, and rays with "
+            "rays (beams); 3: all. Light gathered by glass in thin fog wants beams, dense media want points.");
+inline constexpr Param kMediaRadius =
+    param::number("mediaRadius", 2.f)
+        .range(0, 1000)
+        .help(
+            "Radius of merging in media in pixels, as mergeRadius; 0 merges nothing there. What is thinner lets "
+            "light through in the first samples.");
 inline constexpr Param kReduceMediaRadius =
     param::number("reduceMediaRadius", 0.67f)
         .range(0.01f, 1)
@@ -87,14 +81,13 @@ inline constexpr Param kKeptPaths =
             "Share of light paths that are kept for camera paths to be connected to and merged with: fewer take less "
             "memory and leave more noise. Where --memory-limit has no room for them, they are fewer than that.");
 
-inline constexpr Param kNumVolumeAggregateSamples = param::integer("numVolumeAggregateSamples", 1)
-                                                        .range(1, 64)
-                                                        .help(
-                                                            "Places in media that are drawn on each camera ray by "
-                                                            "where lights are near, each with light samples of its "
-                                                            "own: for beams of light in thin air, where they cost "
-                                                            "less than samples a pixel that do as much. Where light "
-                                                            "paths are traced it has no effect.");
+inline constexpr Param kNumVolumeAggregateSamples =
+    param::integer("numVolumeAggregateSamples", 1)
+        .range(1, 64)
+        .help(
+            "Places in media that are drawn on each camera ray by where lights are near, each with light samples of "
+            "its own: for beams of light in thin air, where they cost less than samples a pixel that do as much. "
+            "Where light paths are traced it has no effect.");
 
 // Which media rays know of; the renderer reads these four by their names.
 inline constexpr Param kVolumeAggregate =
@@ -111,13 +104,10 @@ inline constexpr Param kVolumeAggregateTransmission =
     param::string("volumeAggregateTransmission", "")
         .help("Instead for light on its way from a light to what it is sampled at; \"\": as volumeAggregate.");
 
-inline constexpr Param kLearnLights =
-    param::integer("learnLights", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help(
-            "Learn over the first samples which lights are worth a sample, region by region: for rooms where many "
-            "lights are hidden from many places.");
+inline constexpr Param kLearnLights = param::onOff("learnLights", false)
+                                          .help(
+                                              "Learn over the first samples which lights are worth a sample, region "
+                                              "by region: for rooms where many lights are hidden from many places.");
 inline constexpr Param kNumLightCandidates =
     param::integer("numLightCandidates", 1)
         .range(1, 16)
@@ -125,18 +115,21 @@ inline constexpr Param kNumLightCandidates =
             "Light samples at camera hits are chosen each from so many by what they would bring were nothing in "
             "their way, before shadow rays: for skies and many lights. For camera paths alone, and not with "
             "learnLights.");
-inline constexpr Param kGuidingSamples =
-    param::integer("guidingSamples", 64)
-        .range(1, 4096)
+inline constexpr Param kRisPathGuiding =
+    param::onOff("risPathGuiding", false)
         .help(
-            "With risPathGuiding or learnLights: samples a pixel that are learned from, rounded down to a power of "
-            "two.");
-inline constexpr Param kGuidingRegions =
-    param::integer("guidingRegions", 2048)
-        .range(16, 65536)
-        .help(
-            "With risPathGuiding or learnLights: regions of space that are learned of apart, at most; each takes 14 "
-            "KB, with learnLights alone 200 bytes.");
+            "Learn where light comes from over the first samples, and choose directions by that and the materials "
+            "together: for light that comes through narrow gaps. Without light paths only.");
+inline constexpr Param kGuidingSamples = param::integer("guidingSamples", 64)
+                                             .range(1, 4096)
+                                             .help(
+                                                 "Samples a pixel that are learned from, by learnLights and, where "
+                                                 "there is one, risPathGuiding; rounded down to a power of two.");
+inline constexpr Param kGuidingRegions = param::integer("guidingRegions", 2048)
+                                             .range(16, 65536)
+                                             .help(
+                                                 "Regions of space that are learned of apart, at most; each takes "
+                                                 "200 bytes for learnLights, 14 KB with risPathGuiding.");
 
 inline constexpr Param kManifoldWalk =
     param::integer("manifoldWalk", 0)

@@ -9,31 +9,16 @@
 namespace kinora::pxrAovLight {
 constexpr std::array kParams = {
     param::string("aovName", "").help("Source of the display channel that gets the mark; lights of one name add up."),
-    param::integer("inPrimaryHit", 1).range(0, 1).options("0 off, 1 on").help("Marks surfaces that the camera sees."),
-    param::integer("inReflection", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("Marks surfaces that specular reflections show, one behind the other."),
-    param::integer("inRefraction", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("inPrimaryHit", true).help("Marks surfaces that the camera sees."),
+    param::onOff("inReflection", false).help("Marks surfaces that specular reflections show, one behind the other."),
+    param::onOff("inRefraction", false)
         .help("Marks surfaces seen through specular refraction, through any number of surfaces."),
-    param::integer("invert", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("1: marks the surfaces that the light is not linked to."),
-    param::integer("onVolumeBoundaries", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("invert", false).help("1: marks the surfaces that the light is not linked to."),
+    param::onOff("onVolumeBoundaries", true)
         .help("No effect: what the camera sees of a medium has no boundary; surfaces around media are marked as "
               "others."),
-    param::integer("useColor", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("0: the mark is the luminance of the colour."),
-    param::integer("useThroughput", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("useColor", false).help("0: the mark is the luminance of the colour."),
+    param::onOff("useThroughput", true)
         .help("1: in reflections and refractions the mark is weighed by what they pass on, 0: it is all or nothing."),
     param::number("intensity", 1.f).range(0, 100).help("Factor on the mark."),
     param::number("exposure", 0.f).range(-8, 8).help("Stops: the mark is multiplied by 2 to this power."),

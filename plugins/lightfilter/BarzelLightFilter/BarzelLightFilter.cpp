@@ -41,8 +41,7 @@ constexpr Param kParams[] = {
         .range(1, 100)
         .help("Factor at the light itself, to which falloff rises smoothly within falloffdist."),
     param::number("beamdistribution", 0.f).range(0, 10).help("Exponent of the cosine to the axis."),
-    param::integer("replacesFalloff", 1)
-        .range(0, 1)
+    param::flag("replacesFalloff", true)
         .help("1: the light itself falls with the square of its distance, which is taken out first."),
     param::number("fromDistance", 1.f)
         .range(0.1f, 10)

@@ -34,7 +34,6 @@ constexpr auto kParams = joinParams(
             .help("For each horizontal angle the values at its vertical ones."),
         param::number("scale", 0.f).range(-0.9f, 1).help("Widens all angles to +z by this part of them."),
         param::integer("normalize", 0)
-            .range(0, 1)
             .options("0 the largest factor is 1, 1 the mean factor over all directions is 1")
             .help("What the values are divided by."),
     },

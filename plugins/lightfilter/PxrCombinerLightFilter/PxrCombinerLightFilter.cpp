@@ -14,9 +14,7 @@ constexpr Param kParams[] = {
     param::string("max", "").help("References to the filters of which the largest factor counts, by channel."),
     param::string("min", "").help("References to the filters of which the smallest factor counts, by channel."),
     param::string("screen", "").help("References to the filters that combine to 1 - (1 - a) (1 - b) ..."),
-    param::integer("combineShadows", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("combineShadows", false)
         .help("No effect: filters cast no shadows of their own that could be combined."),
     param::string("notes", "").help("Free text; read by nobody."),
 };

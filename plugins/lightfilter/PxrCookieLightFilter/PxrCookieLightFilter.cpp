@@ -15,14 +15,12 @@ using namespace filterParts;
 constexpr auto kParams = joinParams(
     planeParams("cookieMode", "0 physical, 1 analytic"), kPictureParams,
     std::array{
-        param::integer("spherical", 0)
-            .range(0, 1)
-            .options("0 off, 1 on")
+        param::onOff("spherical", false)
             .help("1: the image goes around the origin by latitude (poles at +y, -y) and longitude (+z in its "
                   "middle)."),
-        param::integer("invertU", 0).range(0, 1).options("0 off, 1 on").help("Mirrors the image in x."),
-        param::integer("invertV", 0).range(0, 1).options("0 off, 1 on").help("Mirrors the image in y."),
-        param::integer("useAlpha", 1).range(0, 1).options("0 off, 1 on").help("1: transparent parts show fillColor."),
+        param::onOff("invertU", false).help("Mirrors the image in x."),
+        param::onOff("invertV", false).help("Mirrors the image in y."),
+        param::onOff("useAlpha", true).help("1: transparent parts show fillColor."),
         param::color("tint", 1.f).help("Factor on the image."),
         param::number("whitepoint", 1.f).range(0.1f, 4).help("The image is divided by this first."),
         param::number("midpoint", 0.18f).range(0.01f, 1).help("Value that contrast leaves as it is."),
@@ -30,24 +28,22 @@ constexpr auto kParams = joinParams(
         param::number("densityNearDist", 0.f)
             .range(0, 10)
             .help("Distance behind the plane where densityNearVal holds."),
-        param::number("densityNearVal", 1.f).range(0, 1).help("Factor on density there and nearer."),
-        param::number("densityMidpoint", 0.5f).range(0, 1).help("Part of the way where densityMidVal holds."),
-        param::number("densityMidVal", 1.f).range(0, 1).help("Factor on density there."),
+        param::number("densityNearVal", 1.f).help("Factor on density there and nearer."),
+        param::number("densityMidpoint", 0.5f).help("Part of the way where densityMidVal holds."),
+        param::number("densityMidVal", 1.f).help("Factor on density there."),
         param::number("densityFarDist", 10.f)
             .range(0, 100)
             .help("Distance behind the plane where densityFarVal holds."),
-        param::number("densityFarVal", 1.f).range(0, 1).help("Factor on density there and farther."),
+        param::number("densityFarVal", 1.f).help("Factor on density there and farther."),
         param::number("densityPow", 1.f).range(0.1f, 4).help("Exponent of the way between near and far."),
         param::number("blur", 0.f)
-            .range(0, 1)
             .help("Blurs the image, with what surrounds it: averages over rectangles so many times as wide and as "
-                  "high as "
-                  "it is."),
+                  "high as it is."),
         param::number("sBlurMult", 1.f).range(0, 10).help("Factor on their width."),
         param::number("tBlurMult", 1.f).range(0, 10).help("Factor on their height."),
         param::number("blurNearDist", 0.f).range(0, 10).help("Distance behind the plane where blurNearVal holds."),
         param::number("blurNearVal", 1.f).range(0, 10).help("Factor on the blur there and nearer."),
-        param::number("blurMidpoint", 0.f).range(0, 1).help("Part of the way where blurMidVal holds."),
+        param::number("blurMidpoint", 0.f).help("Part of the way where blurMidVal holds."),
         param::number("blurMidVal", 1.f).range(0, 10).help("Factor on the blur there."),
         param::number("blurFarDist", 10.f).range(0, 100).help("Distance behind the plane where blurFarVal holds."),
         param::number("blurFarVal", 1.f).range(0, 10).help("Factor on the blur there and farther."),

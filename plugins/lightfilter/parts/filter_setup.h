@@ -12,20 +12,18 @@
 namespace kinora::filterParts {
 
 inline constexpr std::array kStrength = {
-    param::number("density", 1.f).range(0, 1).help("0 leaves the light as it is, 1 filters it fully."),
+    param::number("density", 1.f).help("0 leaves the light as it is, 1 filters it fully."),
     param::number("diffuse", 1.f)
-        .range(0, 1)
         .help("How much of the filter weighs on light to diffuse lobes; 0: they get the light as it is."),
-    param::number("specular", 1.f).range(0, 1).help("The same of specular lobes."),
+    param::number("specular", 1.f).help("The same of specular lobes."),
     param::string("combineMode", "mult")
         .options("mult|max|min|screen")
         .help("How the filter combines with others of its light that have the same mode and are in no combiner; what "
               "the modes give is multiplied."),
     param::string("coordsys", "").help("Coordinate system of the filter; empty: the light's."),
     param::string("linkingGroups", "")
-        .help(
-            "Groups that the filter belongs to: objects whose attribute lightfilter:subset names groups are without "
-            "filters of other groups; empty: it is on all objects."),
+        .help("Groups that the filter belongs to: objects whose attribute lightfilter:subset names groups are "
+              "without filters of other groups; empty: it is on all objects."),
     param::string("notes", "").help("Free text; read by nobody."),
 };
 inline constexpr std::array kSaturation = {
@@ -36,9 +34,7 @@ inline constexpr std::array kSaturation = {
 constexpr std::array<Param, 1> intensity(float standard, const char* help) {
   return {param::number("intensity", standard).range(0, 10).help(help)};
 }
-constexpr std::array<Param, 1> invert(const char* help) {
-  return {param::integer("invert", 0).range(0, 1).options("0 off, 1 on").help(help)};
-}
+constexpr std::array<Param, 1> invert(const char* help) { return {param::onOff("invert", false).help(help)}; }
 
 inline constexpr float kUnitKnots[] = {0, 0, 1, 1};
 inline constexpr float kWhites[] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};

@@ -8,11 +8,8 @@ namespace kinora::filterParts {
 inline constexpr std::array kPictureParams = {
     param::string("map", "ratGrid.tex").file().help("Image that is projected, upright where +y is up."),
     param::color("fillColor", 1.f).help("Factor outside of the image and behind its transparent parts."),
-    param::integer("linearize", 0).range(0, 1).options("0 off, 1 on").help("1: the image is sRGB."),
-    param::integer("premultipliedAlpha", 1)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("1: the image's colours hold its alpha."),
+    param::onOff("linearize", false).help("1: the image is sRGB."),
+    param::onOff("premultipliedAlpha", true).help("1: the image's colours hold its alpha."),
     param::integer("tileMode", 0)
         .range(0, 2)
         .options("0 fillColor outside, 1 edges go on, 2 repeated")
@@ -21,7 +18,7 @@ inline constexpr std::array kPictureParams = {
     param::number("offsetV", 0.f).range(-1, 1).help("Moves the image in y, in its heights."),
     param::number("scaleU", 1.f).range(0.1f, 4).help("Widens the image about its middle."),
     param::number("scaleV", 1.f).range(0.1f, 4).help("Heightens the image about its middle."),
-    param::integer("refreshMap", 0).range(0, 1).help("No effect: images are read anew when they change."),
+    param::flag("refreshMap", false).help("No effect: images are read anew when they change."),
 };
 
 struct Picture {

@@ -8,17 +8,11 @@ namespace kinora::filterParts {
 constexpr auto planeParams(const char* modeName, const char* choices) {
   return std::array{
       param::integer(modeName, 0)
-          .range(0, 1)
           .options(choices)
           .help("Physical: the line from the lit point to the point on the light meets the plane. Analytic: the lit "
                 "point is projected from one centre, so that large lights keep its edges sharp."),
-      param::integer("directional", 0)
-          .range(0, 1)
-          .options("0 off, 1 on")
-          .help("Analytic: project along z instead of from a point."),
-      param::integer("useLightDirection", 0)
-          .range(0, 1)
-          .options("0 off, 1 on")
+      param::onOff("directional", false).help("Analytic: project along z instead of from a point."),
+      param::onOff("useLightDirection", false)
           .help("Analytic: project from the light's origin, or along its own z axis, where that lies behind the "
                 "plane."),
       param::number("apex", 25.f)

@@ -12,7 +12,7 @@ constexpr Param kParams[] = {
     param::number("topA", 1.f).help("Coverage of the top layer."),
     param::color("bottomRGB", 0.f).help("Colour of the bottom layer."),
     param::number("bottomA", 1.f).help("Coverage of the bottom layer."),
-    param::integer("clampOutput", 1).range(0, 1).help("1: results stay within 0..1."),
+    param::flag("clampOutput", true).help("1: results stay within 0..1."),
     KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultA"),
 };

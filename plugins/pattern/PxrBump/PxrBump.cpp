@@ -30,7 +30,7 @@ enum : uint32_t {
 };
 constexpr Param kParams[] = {
     param::number("scale", 1.f).range(-2, 2).help("Height of white, render units."),
-    param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
+    param::flag("disable", false).help("1: the normal stays as it is."),
     param::number("inputBump", 0.f)
         .help("Heights of a pattern. A PxrTexture connected here gives file, manifold, linearize and colorScale; "
               "heights of OSL shaders have their own slopes; those of other patterns are differences over the "
@@ -38,16 +38,14 @@ constexpr Param kParams[] = {
     param::string("filename", "").file().help("Image of heights."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file with the heights."),
     KINORA_IMAGE_ATLAS,
-    param::integer("invertT", 1)
-        .range(0, 1)
-        .help("1: t counts up in the picture. Ignored where a manifold is connected."),
+    param::flag("invertT", true).help("1: t counts up in the picture. Ignored where a manifold is connected."),
     KINORA_IMAGE_BLUR,
     param::structure("manifold").gradients().help("Texture coordinates; st where not connected."),
     param::normal("inputN").help("Normal that the heights bend further."),
-    param::integer("reverse", 0).range(0, 1).help("1: white is low."),
+    param::flag("reverse", false).help("1: white is low."),
     param::number("adjustAmount", 1.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
-    param::integer("linearize", 0).range(0, 1).help("1: heights are decoded from sRGB before they are filtered."),
+    param::flag("linearize", false).help("1: heights are decoded from sRGB before they are filtered."),
     KINORA_BENT_NORMAL_OUTPUTS,
 };
 

@@ -10,7 +10,7 @@ enum : uint32_t { kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kInvertT, kPrimv
 constexpr Param kParams[] = {
     KINORA_PLACE_ANGLE,
     KINORA_PLACE_PARAMS,
-    param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t, last of all."),
+    param::flag("invertT", true).help("1: t becomes 1 - t, last of all."),
     KINORA_PLACE_PRIMVARS,
     param::output(Type::Struct, "result"),
     param::output(Type::Float, "resultS"),

@@ -19,7 +19,7 @@ constexpr Param kParams[] = {
     KINORA_BUMP(4),
     KINORA_BUMP(5),
     param::normal("inputN").help("Normal that the bumps bend; the surface's where it is 0 0 0."),
-    param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
+    param::flag("disable", false).help("1: the normal stays as it is."),
     param::output(Type::Normal, "resultN"),
     param::output(Type::Vector, "resultNG"),
 };

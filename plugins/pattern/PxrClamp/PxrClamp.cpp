@@ -10,7 +10,7 @@ constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
     param::color("min", 0.f).range(-1, 1).help("Smallest result."),
     param::color("max", 1.f).range(-1, 4).help("Largest result."),
-    param::integer("modulus", 0).range(0, 1).help("1: values outside come in again at the other end."),
+    param::flag("modulus", false).help("1: values outside come in again at the other end."),
     KINORA_COLOR_OUTPUTS,
 };
 

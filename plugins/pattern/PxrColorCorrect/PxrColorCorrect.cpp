@@ -28,7 +28,7 @@ enum : uint32_t {
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
     param::number("inputMask", 1.f).help("Where the correction counts: 0 leaves the input."),
-    param::integer("invertMask", 0).range(0, 1).help("1: one minus inputMask counts."),
+    param::flag("invertMask", false).help("1: one minus inputMask counts."),
     param::number("mixMask", 1.f).help("Factor of the mask."),
     param::color("inputMin", 0.f).help("Input that becomes outputMin."),
     param::color("inputMax", 1.f).help("Input that becomes outputMax."),
@@ -40,7 +40,7 @@ constexpr Param kParams[] = {
     param::number("exposure", 0.f).range(-8, 8).help("Doublings of brightness."),
     param::color("outputMin", 0.f).help("Result of inputMin."),
     param::color("outputMax", 1.f).help("Result of inputMax."),
-    param::integer("clampOutput", 0).range(0, 1).help("1: the result stays between clampMin and clampMax."),
+    param::flag("clampOutput", false).help("1: the result stays between clampMin and clampMax."),
     param::color("clampMin", 0.f).help("Smallest result."),
     param::color("clampMax", 1.f).help("Largest result."),
     KINORA_COLOR_OUTPUTS,

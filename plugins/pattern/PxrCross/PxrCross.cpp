@@ -8,7 +8,7 @@ enum : uint32_t { kVector1, kVector2, kNormalizeResult };
 constexpr Param kParams[] = {
     param::vector("vector1", 0, 0, 0).help("First factor."),
     param::vector("vector2", 0, 0, 0).help("Second factor."),
-    param::integer("normalizeResult", 1).range(0, 1).help("1: the result has length 1, or 0 where there is none."),
+    param::flag("normalizeResult", true).help("1: the result has length 1, or 0 where there is none."),
     param::output(Type::Vector, "resultXYZ"),
     param::output(Type::Float, "resultX"),
     param::output(Type::Float, "resultY"),

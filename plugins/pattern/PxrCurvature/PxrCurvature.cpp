@@ -33,29 +33,25 @@ constexpr Param kParams[] = {
         .help("Groups of objects (grouping:membership), apart by spaces, that rays meet; empty: all that reflections "
               "of the object see."),
     param::integer("distribution", 0)
-        .range(0, 1)
         .options("0 uniform, 1 cosine")
         .help("Of rays over the hemisphere about the normal: evenly, or by the cosine."),
     param::number("cosineSpread", 1.f)
         .range(0, 10)
-        .help(
-            "With distribution 1: rays are spread by the cosine to the power 1 / cosineSpread; smaller is narrower, "
-            "and the effect keeps closer to edges."),
+        .help("With distribution 1: rays are spread by the cosine to the power 1 / cosineSpread; smaller is "
+              "narrower, and the effect keeps closer to edges."),
     param::number("bias", 0.5f)
-        .range(0, 1)
         .help("How much hits count that are not close: 1 all alike, .5 linearly less down to nothing at maxDistance, "
               "smaller down to nothing before it. Without a maxDistance all count alike."),
-    param::number("convexThreshold", 0.f).range(0, 1).help("Convex curvature that is not above this counts as 0."),
-    param::number("concaveThreshold", 0.f).range(0, 1).help("Concave curvature that is not above this counts as 0."),
+    param::number("convexThreshold", 0.f).help("Convex curvature that is not above this counts as 0."),
+    param::number("concaveThreshold", 0.f).help("Concave curvature that is not above this counts as 0."),
     param::number("outputGain", 1.f).range(0, 2).help("All outputs are multiplied by it."),
     param::integer("outputType", 2)
         .range(0, 2)
         .options("0 concave, 1 convex, 2 both")
         .help("What resultRGB and resultF tell; both: the sum."),
-    param::integer("monochrome", 1)
-        .range(0, 1)
+    param::flag("monochrome", true)
         .help("1: resultRGB is grey; 0: red where the surface is convex, green where it is concave."),
-    param::integer("clampOutput", 1).range(0, 1).help("1: no output is above 1."),
+    param::flag("clampOutput", true).help("1: no output is above 1."),
     KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultF"),
     param::output(Type::Float, "resultConvex"),

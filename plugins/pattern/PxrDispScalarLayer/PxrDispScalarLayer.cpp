@@ -6,11 +6,7 @@ KINORA_KERNELS_BEGIN
 
 #define KINORA_DISTANCE(name, of) param::number(name, 0.f).range(-1, 1).help("Distance of " of "; object units.")
 constexpr Param kParams[] = {
-    KINORA_DISPLACEMENT_BASE(KINORA_DISTANCE("baseLayerDispScalar", "the base")),
-    KINORA_DISPLACEMENT_LAYER("1", 1, KINORA_DISTANCE("layer1DispScalar", "layer 1")),
-    KINORA_DISPLACEMENT_LAYER("2", 0, KINORA_DISTANCE("layer2DispScalar", "layer 2")),
-    KINORA_DISPLACEMENT_LAYER("3", 0, KINORA_DISTANCE("layer3DispScalar", "layer 3")),
-    KINORA_DISPLACEMENT_LAYER("4", 0, KINORA_DISTANCE("layer4DispScalar", "layer 4")),
+    KINORA_DISPLACEMENT_LAYERS("DispScalar", KINORA_DISTANCE),
     param::output(Type::Float, "resultF"),
 };
 #undef KINORA_DISTANCE

@@ -66,7 +66,7 @@ constexpr Param kParams[] = {
               "is -dispDepth, .5 nothing, 1 dispHeight, on a smooth curve."),
     param::number("dispCenter", 0.5f).help("Value that moves nothing, where dispRemapMode is 2."),
     param::string("dispScaleSpace", "object").help("Space in whose units lengths are: object, world, or a name."),
-    param::integer("useDispDirection", 0).range(0, 1).help("1: distances lead along dispDirection, as resultXYZ."),
+    param::flag("useDispDirection", false).help("1: distances lead along dispDirection, as resultXYZ."),
     param::vector("dispDirection", 0, 1, 0).help("Direction of distances; any length."),
     param::string("dispDirectionSpace", "object").help("Space of dispDirection: object, world, or a name."),
     param::output(Type::Vector, "resultXYZ"),

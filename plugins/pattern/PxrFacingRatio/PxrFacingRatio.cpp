@@ -7,12 +7,12 @@ KINORA_KERNELS_BEGIN
 
 enum : uint32_t { kUse, kDirection, kCoordSys, kFaceForward, kClamp, kInvert, kMode, kGamma, kIor, kBumpNormal };
 constexpr Param kParams[] = {
-    param::integer("use", 0).range(0, 1).options("0 view, 1 direction").help("What the surface faces."),
+    param::integer("use", 0).options("0 view, 1 direction").help("What the surface faces."),
     param::vector("direction", 0, 1, 0).help("Direction, where use is 1."),
     param::string("coordSys", "world").help("Space of direction."),
-    param::integer("faceForward", 1).range(0, 1).help("1: both sides of the surface count as facing."),
-    param::integer("clamp", 0).range(0, 1).help("1: negative results become 0."),
-    param::integer("invert", 0).range(0, 1).help("1: one minus the result."),
+    param::flag("faceForward", true).help("1: both sides of the surface count as facing."),
+    param::flag("clamp", false).help("1: negative results become 0."),
+    param::flag("invert", false).help("1: one minus the result."),
     param::integer("mode", 0).range(0, 2).options("0 linear, 1 gamma, 2 Fresnel").help("Curve of the result."),
     param::number("gamma", 1.f).range(0.2f, 5).help("Power 1 / gamma, where mode is 1."),
     param::number("ior", 1.5f).range(1.01f, 3).help("Index of refraction, where mode is 2."),

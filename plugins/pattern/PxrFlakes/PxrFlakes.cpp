@@ -29,7 +29,7 @@ constexpr Param kParams[] = {
     param::number("size", 1.f).help("How far a flake reaches from its middle, in units of their mean distance."),
     param::integer("octaves", 1).range(1, 4).help("Sizes of flakes, each half of the one before, between them."),
     param::number("jitter", 0.75f).help("0: flakes on a grid, 1: scattered."),
-    param::integer("validateNormals", 0).range(0, 1).help("1: flakes that look away are bent until they are seen."),
+    param::flag("validateNormals", false).help("1: flakes that look away are bent until they are seen."),
     param::structure("manifold").help("Position; the surface's in object space where not connected."),
     param::output(Type::Normal, "resultN"),
     param::output(Type::Float, "resultA"),

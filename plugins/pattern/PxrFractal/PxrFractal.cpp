@@ -35,7 +35,7 @@ constexpr Param kParams[] = {
         .help("Roughness: each layer is lacunarity^-dimension as high as the last."),
     param::number("erosion", 0.f).help("Fine layers vanish in the valleys of coarse ones, 0..1."),
     param::number("variation", 0.f).range(0, 10).help("Moves smoothly from one pattern to another."),
-    param::integer("turbulent", 0).range(0, 1).help("1: absolute values, which leave creases."),
+    param::flag("turbulent", false).help("1: absolute values, which leave creases."),
     param::color("colorScale", 1.f).help("Factor of resultRGB."),
     param::color("colorOffset", 0.f).range(-1, 1).help("Added to resultRGB."),
     param::number("floatScale", 1.f).help("Factor of resultF."),

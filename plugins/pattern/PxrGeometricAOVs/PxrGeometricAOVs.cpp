@@ -7,7 +7,7 @@ KINORA_KERNELS_BEGIN
 
 constexpr Param kParams[] = {
     param::make(Type::Int, "inputAOV", 0, 0, 0).help("Another such node, which is then there as well."),
-    param::integer("usePref", 0).range(0, 1).help("No effect: a channel of source __Pref shows that variable."),
+    param::flag("usePref", false).help("No effect: a channel of source __Pref shows that variable."),
     param::output(Type::Int, "resultAOV"),
 };
 

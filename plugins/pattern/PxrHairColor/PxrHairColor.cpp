@@ -32,8 +32,8 @@ enum : uint32_t {
 };
 #define KINORA_BY_HAIR " Needs hairIndexPrimvar."
 constexpr Param kParams[] = {
-    param::integer("mode", 0).range(0, 1).options("0 melanin, 1 colour").help("What the colour of hair is made of."),
-    param::integer("colorSpace", 0).range(0, 1).help("No effect: colours are scene-linear."),
+    param::integer("mode", 0).options("0 melanin, 1 colour").help("What the colour of hair is made of."),
+    param::flag("colorSpace", false).help("No effect: colours are scene-linear."),
     param::number("melanin", 0.2f)
         .help("Concentration of melanin: 0 white, 0.2 blond, 0.5 brown, 0.8 dark brown, 1 black."),
     param::color("color", 0.5f)

@@ -18,7 +18,7 @@ enum : uint32_t {
 constexpr Param kParams[] = {
     KINORA_TILE_COUNT,
     KINORA_TILE_GROUT,
-    param::integer("randomOrientation", 0).range(0, 1).help("1: each hexagon is turned by some sixths of a turn."),
+    param::flag("randomOrientation", false).help("1: each hexagon is turned by some sixths of a turn."),
     KINORA_TILE_PLACE_PARAMS(KINORA_TILE_INVERT),
     KINORA_TILE_OUTPUTS,
 };

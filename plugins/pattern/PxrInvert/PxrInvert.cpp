@@ -9,9 +9,9 @@ enum : uint32_t { kInputRGB, kColorModel, kInvertChannel0, kInvertChannel1, kInv
 constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
     param::integer("colorModel", 0).range(0, 2).options("0 RGB, 1 HSL, 2 HSV").help("What the channels are."),
-    param::integer("invertChannel0", 1).range(0, 1).help("1: inverts red or hue."),
-    param::integer("invertChannel1", 1).range(0, 1).help("1: inverts green or saturation."),
-    param::integer("invertChannel2", 1).range(0, 1).help("1: inverts blue, lightness or value."),
+    param::flag("invertChannel0", true).help("1: inverts red or hue."),
+    param::flag("invertChannel1", true).help("1: inverts green or saturation."),
+    param::flag("invertChannel2", true).help("1: inverts blue, lightness or value."),
     KINORA_COLOR_OUTPUTS,
 };
 

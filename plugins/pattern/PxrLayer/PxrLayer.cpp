@@ -21,7 +21,7 @@ constexpr Param kParams[] = {
     param::color("rrRefractionColor", 1.f).help("See rrRefractionGain."),
     param::number("rrRoughness", 0.1f).help("See rrRefractionGain."),
     param::number("rrIor", 1.5f).range(1, 3).help("See rrRefractionGain."),
-    param::integer("enableDiffuseAlways", 1).range(0, 1).help("No effect: diffuse can be switched off."),
+    param::flag("enableDiffuseAlways", true).help("No effect: diffuse can be switched off."),
     KINORA_LAYER_OUTPUTS};
 #undef KINORA_LAYER_PREFIX
 enum : uint32_t {

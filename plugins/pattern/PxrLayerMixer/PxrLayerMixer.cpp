@@ -10,8 +10,8 @@ KINORA_KERNELS_BEGIN
 
 using namespace layers;
 #define KINORA_LAYER_ALL KINORA_LAYER_LOBES(KINORA_LAYER_SWITCH) KINORA_LAYER_MEMBERS(KINORA_LAYER_MEMBER)
-#define KINORA_LAYER_MASK(name, on)                                                  \
-  param::integer(name "Enabled", on).range(0, 1).help("1: this layer lies on top."), \
+#define KINORA_LAYER_MASK(name, on)                                   \
+  param::flag(name "Enabled", on).help("1: this layer lies on top."), \
       param::number(name "Mask", 1.f).help("Where the layer is: 0 nowhere, 1 alone."),
 constexpr Param kParams[] = {
 #define KINORA_LAYER_PREFIX "baselayer_"
@@ -36,7 +36,7 @@ constexpr Param kParams[] = {
     param::structure("layer2").help("A whole layer over layer1."),
     param::structure("layer3").help("A whole layer over layer2."),
     param::structure("layer4").help("A whole layer over layer3."),
-    param::integer("enableDiffuseAlways", 1).range(0, 1).help("No effect: diffuse can be switched off."),
+    param::flag("enableDiffuseAlways", true).help("No effect: diffuse can be switched off."),
     KINORA_LAYER_OUTPUTS};
 constexpr uint32_t kLayerSize = kLobes + kMemberCount, kLayerCount = 4;
 constexpr uint32_t kEnabled = (1 + kLayerCount) * kLayerSize, kMask = kEnabled + 1;  // of layer1; then every second

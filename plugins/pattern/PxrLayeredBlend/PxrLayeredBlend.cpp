@@ -6,45 +6,30 @@
 KINORA_KERNELS_BEGIN
 
 enum : uint32_t { kBackgroundRGB, kBackgroundA, kClampOutput, kFirstLayer, kPerLayer = 4, kLayers = 8 };
+#define LAYER(n)                                                  \
+  param::flag("enable_" n, false).help("1: layer " n " counts."), \
+      param::integer("operation_" n, 19)                          \
+          .range(0, 26)                                           \
+          .options(KINORA_BLEND_CHOICES)                          \
+          .help("How layer " n " is combined."),                  \
+      param::color("RGB_" n, 0.f).help("Colour of layer " n "."), \
+      param::number("A_" n, 1.f).help("Coverage of layer " n ".")
 constexpr Param kParams[] = {
     param::color("backgroundRGB", 0.f).help("Colour under all layers."),
     param::number("backgroundA", 1.f).help("Coverage of the background."),
-    param::integer("clampOutput", 1).range(0, 1).help("1: results stay within 0..1."),
-    param::integer("enable_0", 0).range(0, 1).help("1: layer 0 counts."),
-    param::integer("operation_0", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 0 is combined."),
-    param::color("RGB_0", 0.f).help("Colour of layer 0."),
-    param::number("A_0", 1.f).help("Coverage of layer 0."),
-    param::integer("enable_1", 0).range(0, 1).help("1: layer 1 counts."),
-    param::integer("operation_1", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 1 is combined."),
-    param::color("RGB_1", 0.f).help("Colour of layer 1."),
-    param::number("A_1", 1.f).help("Coverage of layer 1."),
-    param::integer("enable_2", 0).range(0, 1).help("1: layer 2 counts."),
-    param::integer("operation_2", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 2 is combined."),
-    param::color("RGB_2", 0.f).help("Colour of layer 2."),
-    param::number("A_2", 1.f).help("Coverage of layer 2."),
-    param::integer("enable_3", 0).range(0, 1).help("1: layer 3 counts."),
-    param::integer("operation_3", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 3 is combined."),
-    param::color("RGB_3", 0.f).help("Colour of layer 3."),
-    param::number("A_3", 1.f).help("Coverage of layer 3."),
-    param::integer("enable_4", 0).range(0, 1).help("1: layer 4 counts."),
-    param::integer("operation_4", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 4 is combined."),
-    param::color("RGB_4", 0.f).help("Colour of layer 4."),
-    param::number("A_4", 1.f).help("Coverage of layer 4."),
-    param::integer("enable_5", 0).range(0, 1).help("1: layer 5 counts."),
-    param::integer("operation_5", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 5 is combined."),
-    param::color("RGB_5", 0.f).help("Colour of layer 5."),
-    param::number("A_5", 1.f).help("Coverage of layer 5."),
-    param::integer("enable_6", 0).range(0, 1).help("1: layer 6 counts."),
-    param::integer("operation_6", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 6 is combined."),
-    param::color("RGB_6", 0.f).help("Colour of layer 6."),
-    param::number("A_6", 1.f).help("Coverage of layer 6."),
-    param::integer("enable_7", 0).range(0, 1).help("1: layer 7 counts."),
-    param::integer("operation_7", 19).range(0, 26).options(KINORA_BLEND_CHOICES).help("How layer 7 is combined."),
-    param::color("RGB_7", 0.f).help("Colour of layer 7."),
-    param::number("A_7", 1.f).help("Coverage of layer 7."),
+    param::flag("clampOutput", true).help("1: results stay within 0..1."),
+    LAYER("0"),
+    LAYER("1"),
+    LAYER("2"),
+    LAYER("3"),
+    LAYER("4"),
+    LAYER("5"),
+    LAYER("6"),
+    LAYER("7"),
     KINORA_COLOR_OUTPUTS,
     param::output(Type::Float, "resultA"),
 };
+#undef LAYER
 
 struct PxrLayeredBlend {
   template <int W>

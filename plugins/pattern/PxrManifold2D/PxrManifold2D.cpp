@@ -10,8 +10,8 @@ enum : uint32_t { kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kInvertS, kInver
 constexpr Param kParams[] = {
     KINORA_PLACE_ANGLE,
     KINORA_PLACE_PARAMS,
-    param::integer("invertS", 0).range(0, 1).help("1: s becomes 1 - s, last of all."),
-    param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t, last of all."),
+    param::flag("invertS", false).help("1: s becomes 1 - s, last of all."),
+    param::flag("invertT", true).help("1: t becomes 1 - t, last of all."),
     KINORA_PLACE_PRIMVARS,
     param::output(Type::Struct, "result"),
     param::output(Type::Float, "resultS"),

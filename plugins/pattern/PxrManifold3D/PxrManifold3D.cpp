@@ -7,7 +7,7 @@ KINORA_KERNELS_BEGIN
 enum : uint32_t { kScale, kUse, kPref, kCoordsys };
 constexpr Param kParams[] = {
     param::number("scale", 1.f).range(-8, 8).help("Factor of the position: features per unit of length."),
-    param::integer("use", 0).range(0, 1).options("0 position, 1 primitive variable pref").help("Which position."),
+    param::integer("use", 0).options("0 position, 1 primitive variable pref").help("Which position."),
     param::string("pref", "__Pref").help("Primitive variable with the reference position."),
     param::string("coordsys", "object").help("Space of the position."),
     param::output(Type::Struct, "result"),

@@ -12,7 +12,7 @@ KINORA_KERNELS_BEGIN
             "no such attribute.")
 constexpr Param kParams[] = {
     param::make(Type::Int, "inputAOV", 0, 0, 0).help("Another such node, which is then there as well."),
-    param::integer("enable", 1).range(0, 1).help("0: its channels are black."),
+    param::flag("enable", true).help("0: its channels are black."),
     KINORA_MATTE(0),
     KINORA_MATTE(1),
     KINORA_MATTE(2),

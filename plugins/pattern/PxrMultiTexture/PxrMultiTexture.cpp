@@ -22,8 +22,7 @@ constexpr uint32_t kFiles = 10;
 #define KINORA_FILE(n) param::string("filename" #n, "").file().help("Image " #n " of the manifold's.")
 constexpr Param kParams[] = {
     param::structure("manifoldMulti")
-        .help("Texture coordinates and number of the image; st and image 0 where not "
-              "connected."),
+        .help("Texture coordinates and number of the image; st and image 0 where not connected."),
     KINORA_FILE(0),
     KINORA_FILE(1),
     KINORA_FILE(2),

@@ -34,27 +34,26 @@ constexpr Param kParams[] = {
     param::color("inputRGB", 0.5f, 0.5f, 1).help("Encoded normal, where no image is given."),
     param::string("filename", "").file().help("Image of encoded normals."),
     param::normal("bumpOverlay").help("Normal that the map bends further."),
-    param::integer("invertBump", 0).range(0, 1).help("1: slopes the other way."),
+    param::flag("invertBump", false).help("1: slopes the other way."),
     param::integer("orientation", 2)
         .range(0, 3)
         .options("0 red right green up, 1 red left green up, 2 red right green down, 3 red left green down")
         .help("Which way more red and more green lean in the picture: 0 as OpenGL, 2 as DirectX."),
-    param::integer("flipX", 0).range(0, 1).help("1: red the other way."),
-    param::integer("flipY", 0).range(0, 1).help("1: green the other way."),
+    param::flag("flipX", false).help("1: red the other way."),
+    param::flag("flipY", false).help("1: green the other way."),
     param::integer("firstChannel", 0).range(0, 3).help("Channel of the file that becomes red."),
     KINORA_IMAGE_ATLAS,
-    param::integer("invertT", 1)
-        .range(0, 1)
+    param::flag("invertT", true)
         .help("1: t counts up in the picture, also in one behind inputRGB. Ignored where a manifold is connected."),
     KINORA_IMAGE_BLUR,
     param::structure("manifold")
         .gradients()
         .help("Texture coordinates, which the normals lean along; st where not connected. Connect it for a picture "
               "behind inputRGB too."),
-    param::integer("reverse", 0).range(0, 1).help("1: slopes the other way, on top of invertBump."),
+    param::flag("reverse", false).help("1: slopes the other way, on top of invertBump."),
     param::number("adjustAmount", 0.f).help("No effect: materials bend averted normals themselves."),
     param::number("surfaceNormalMix", 0.f).help("Share of the unbent normal."),
-    param::integer("disable", 0).range(0, 1).help("1: the normal stays as it is."),
+    param::flag("disable", false).help("1: the normal stays as it is."),
     KINORA_BENT_NORMAL_OUTPUTS,
 };
 

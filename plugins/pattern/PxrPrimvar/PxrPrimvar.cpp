@@ -22,9 +22,7 @@ constexpr Param kParams[] = {
     param::string("coordsys", "object").help("Space in which points, vectors and normals are given out."),
     param::number("defaultFloat", 0.f).help("Where there is no such variable: of type float."),
     param::vector("defaultFloat3", 0, 0, 0).help("Where there is none: of types float2, point, vector and normal."),
-    param::integer("transformDefaultValues", 1)
-        .range(0, 1)
-        .help("0: defaultFloat3 stands as given whatever coordsys is."),
+    param::flag("transformDefaultValues", true).help("0: defaultFloat3 stands as given whatever coordsys is."),
     param::color("defaultColor", 0.f).help("Where there is none: of type color."),
     param::integer("verbosity", 0)
         .range(0, 2)

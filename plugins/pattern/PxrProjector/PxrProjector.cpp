@@ -39,17 +39,11 @@ constexpr Param kParams[] = {
               "stands at the origin of its system and looks along -z, y up."),
     param::string("coordsys", "")
         .help("Coordinate system of the projector; \"\": object space. That of a RIB camera looks along +z: Scale 1 "
-              "1 -1 "
-              "before the CoordinateSystem turns it round for a perspective projector."),
-    param::integer("use", 0)
-        .range(0, 1)
-        .options("0 position, 1 primitive variable __Pref")
-        .help("Position that is projected."),
-    param::integer("frontOnly", 1).range(0, 1).help("1: what faces away from the projector is outside resultMask."),
+              "1 -1 before the CoordinateSystem turns it round for a perspective projector."),
+    param::integer("use", 0).options("0 position, 1 primitive variable __Pref").help("Position that is projected."),
+    param::flag("frontOnly", true).help("1: what faces away from the projector is outside resultMask."),
     param::number("frontFalloff", 0.f).help("How resultMask falls off towards the sides: power of the cosine."),
-    param::integer("traceOcclusion", 0)
-        .range(0, 1)
-        .help("No effect yet. Nothing hides the picture from what lies behind."),
+    param::flag("traceOcclusion", false).help("No effect yet. Nothing hides the picture from what lies behind."),
     param::number("traceMaxDistance", 10000.f).help("No effect: see traceOcclusion."),
     param::string("traceSet", "").help("No effect: see traceOcclusion."),
     param::integer("resolutionX", 2048).range(1, 16384).help("Width of the picture: its shape for filmFit."),
@@ -63,13 +57,13 @@ constexpr Param kParams[] = {
         .range(0, 3)
         .options("0 fill, 1 horizontal, 2 vertical, 3 overscan")
         .help("How the picture lies on a film of another shape."),
-    param::integer("clampTo", 1).range(0, 1).help("1: outside 0..1 of s and t resultMask is 0."),
+    param::flag("clampTo", true).help("1: outside 0..1 of s and t resultMask is 0."),
     param::number("angle", 0.f).range(-180, 180).help("Rotation about the middle of the picture, degrees."),
     param::number("scaleS", 1.f).range(-8, 8).help("Factor of s about the middle."),
     param::number("scaleT", 1.f).range(-8, 8).help("Factor of t about the middle."),
     param::number("offsetS", 0.f).range(-1, 1).help("Added to s after scaling."),
     param::number("offsetT", 0.f).range(-1, 1).help("Added to t after scaling."),
-    param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t, last of all."),
+    param::flag("invertT", true).help("1: t becomes 1 - t, last of all."),
     param::integer("verbose", 0).range(0, 2).help("Accepted."),
     param::output(Type::Struct, "result"),
     param::output(Type::Float, "resultS"),

@@ -30,14 +30,11 @@ constexpr Param kParams[] = {
         .range(0, 7)
         .options("0 s, 1 t, 2 diagonal, 3 angle, 4 distance from the middle, 5 box, 6 splineMap, 7 random by object")
         .help("What runs along the ramp."),
-    param::integer("tile", 0).range(0, 1).help("1: the ramp repeats beyond 0..1."),
-    param::integer("reverse", 0).range(0, 1).help("1: from the other end."),
+    param::flag("tile", false).help("1: the ramp repeats beyond 0..1."),
+    param::flag("reverse", false).help("1: from the other end."),
     structural(param::number("splineMap", 0.f))
         .help("Place on the ramp, where rampType is 6 a pattern is connected here, or it is not 0."),
-    param::integer("randomSource", 0)
-        .range(0, 1)
-        .options("0 object, 1 object")
-        .help("What picks a random place: the object."),
+    param::integer("randomSource", 0).options("0 object, 1 object").help("What picks a random place: the object."),
     param::integer("randomSeed", 0).range(0, 1000).help("Another set of random places."),
     param::structure("manifold").help("Texture coordinates; st where not connected."),
     param::integer("colorRamp", 4).range(0, 64).help("Number of knots; the arrays' lengths count."),

@@ -24,12 +24,12 @@ constexpr Param kParams[] = {
     KINORA_TILE_COUNT,
     KINORA_VARY_SOURCE,
     param::number("randomExtraSeed", 0.f).help("Another number, another set of variations."),
-    param::integer("randomOrientation", 0).range(0, 1).help("1: turned by some quarter turns."),
-    param::integer("randomFlipS", 0).range(0, 1).help("1: every other object mirrors s."),
-    param::integer("randomFlipT", 0).range(0, 1).help("1: every other object mirrors t."),
-    param::integer("randomOffsetS", 0).range(0, 1).help("1: s is shifted by 0 to 1."),
-    param::integer("randomOffsetT", 0).range(0, 1).help("1: t is shifted by 0 to 1."),
-    KINORA_TILE_PLACE_PARAMS(param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t, last of all.")),
+    param::flag("randomOrientation", false).help("1: turned by some quarter turns."),
+    param::flag("randomFlipS", false).help("1: every other object mirrors s."),
+    param::flag("randomFlipT", false).help("1: every other object mirrors t."),
+    param::flag("randomOffsetS", false).help("1: s is shifted by 0 to 1."),
+    param::flag("randomOffsetT", false).help("1: t is shifted by 0 to 1."),
+    KINORA_TILE_PLACE_PARAMS(param::flag("invertT", true).help("1: t becomes 1 - t, last of all.")),
     KINORA_TILE_OUTPUTS,
 };
 

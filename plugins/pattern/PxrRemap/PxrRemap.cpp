@@ -10,12 +10,12 @@ constexpr Param kParams[] = {
     param::color("inputRGB", 0.f).help("Colour to change."),
     param::number("inputMin", 0.f).help("Input that becomes outputMin."),
     param::number("inputMax", 1.f).help("Input that becomes outputMax."),
-    param::integer("clampInput", 1).range(0, 1).help("1: input outside its range counts as its ends."),
+    param::flag("clampInput", true).help("1: input outside its range counts as its ends."),
     param::number("bias", 0.5f).range(0.01f, 0.99f).help("Result of the middle of the range: 0.5 changes nothing."),
     param::number("gain", 0.5f).range(0.01f, 0.99f).help("Below 0.5 flattens, above steepens the middle."),
     param::number("outputMin", 0.f).help("Result of inputMin."),
     param::number("outputMax", 1.f).help("Result of inputMax."),
-    param::integer("clampOutput", 1).range(0, 1).help("1: the result stays within its range."),
+    param::flag("clampOutput", true).help("1: the result stays within its range."),
     KINORA_COLOR_OUTPUTS,
 };
 

@@ -15,10 +15,7 @@ constexpr Param kParams[] = {
         .help("How many textures the faces share; the third component of the result says which."),
     param::number("frequency", 1.f).range(0.01f, 32).help("Repetitions per unit of length."),
     param::number("transitionWidth", 0.5f).help("0: faces meet in edges, 1: they blend all over."),
-    param::integer("use", 0)
-        .range(0, 1)
-        .options("0 position and normal, 1 primitive variables pref and nref")
-        .help("Of what."),
+    param::integer("use", 0).options("0 position and normal, 1 primitive variables pref and nref").help("Of what."),
     param::string("pref", "__Pref").help("Primitive variable with the reference position."),
     param::string("nref", "__Nref").help("Primitive variable with the reference normal."),
     param::string("coordsys", "object").help("Space whose axes are meant."),

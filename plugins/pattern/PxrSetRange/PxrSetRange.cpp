@@ -12,7 +12,7 @@ constexpr Param kParams[] = {
     param::color("inputMax", 1.f).help("Input that becomes outputMax."),
     param::color("outputMin", 0.f).help("Result of inputMin."),
     param::color("outputMax", 1.f).help("Result of inputMax."),
-    param::integer("clampOutput", 0).range(0, 1).help("1: the result stays within its range."),
+    param::flag("clampOutput", false).help("1: the result stays within its range."),
     KINORA_COLOR_OUTPUTS,
 };
 

@@ -16,8 +16,7 @@ constexpr Param kParams[] = {
         .help("Number of the colour, from 0, rounded; past the last it goes round."),
     param::array(Type::Color, "inputsRGB", nullptr, 0)
         .help("The colours; \"reference color[n]\" connects n of them (\"\": not that one), \"reference color "
-              "inputsRGB[k]\" "
-              "one. Those that nothing says are black."),
+              "inputsRGB[k]\" one. Those that nothing says are black."),
     KINORA_INPUT(0),
     KINORA_INPUT(1),
     KINORA_INPUT(2),

@@ -11,8 +11,7 @@ constexpr Param kParams[] = {
         .help("Direction: red along s, green across; takes the place of inputRotation where it is not black."),
     param::number("rotationOffset", 0.f).range(-1, 1).help("Added to the angle, in turns."),
     param::number("rotationRange", 1.f).range(-1, 1).help("Factor of inputRotation."),
-    param::integer("centeredVectors", 1)
-        .range(0, 1)
+    param::flag("centeredVectors", true)
         .help("1: 0.5 of inputVector stands for 0, so that directions go all around."),
     param::output(Type::Vector, "resultXYZ"),
     param::output(Type::Float, "resultX"),

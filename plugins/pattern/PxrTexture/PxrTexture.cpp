@@ -34,7 +34,7 @@ constexpr Param kParams[] = {
         .range(-4, 4)
         .help("Mip levels to go coarser (or finer, below 0) than the footprint asks."),
     param::integer("maxResolution", 0).range(0, 16384).help("Finest footprint: one over this; 0: no limit."),
-    param::integer("optimizeIndirect", 1).range(0, 1).help("1: box filter at points not seen directly."),
+    param::flag("optimizeIndirect", true).help("1: box filter at points not seen directly."),
     param::color("colorScale", 1.f).help("Factor of the colour."),
     param::color("colorOffset", 0.f).range(-1, 1).help("Added to the colour."),
     param::number("saturation", 1.f).range(0, 2).help("0: grey, 1: as it is."),

@@ -13,7 +13,7 @@ constexpr Param kParams[] = {
     param::number("spread", 0.01f).help("Deviation of the thickness, as a fraction of it: greyer where larger."),
     param::number("thickness", 1896.f).range(0, 5000).help("Of the film, nanometres."),
     param::number("thicknessScale", 1.f).range(0, 4).help("Factor of the thickness."),
-    param::integer("frontOnly", 0).range(0, 1).help("1: seen from inside the result is inputRGB."),
+    param::flag("frontOnly", false).help("1: seen from inside the result is inputRGB."),
     KINORA_COLOR_OUTPUTS,
 };
 

@@ -11,7 +11,7 @@ constexpr Param kParams[] = {
     param::integer("channel", 3).range(0, 3).options("0 red, 1 green, 2 blue, 3 luminance").help("What is compared."),
     param::number("threshold", 0.5f).help("Value at the middle of the transition."),
     param::number("transitionWidth", 0.05f).help("Width of the transition."),
-    param::integer("transitionProfile", 1).range(0, 1).options("0 linear, 1 smooth").help("Shape of the transition."),
+    param::integer("transitionProfile", 1).options("0 linear, 1 smooth").help("Shape of the transition."),
     param::output(Type::Float, "resultF"),
     KINORA_COLOR_OUTPUTS,
 };

@@ -20,7 +20,7 @@ constexpr Param kParams[] = {
     KINORA_TILE_COUNT,
     param::number("gridOffset", 0.5f).help("Shift of each row against the one below, in tiles."),
     KINORA_TILE_GROUT,
-    param::integer("swapTileST", 0).range(0, 1).help("1: s and t change places within each tile."),
+    param::flag("swapTileST", false).help("1: s and t change places within each tile."),
     KINORA_TILE_PLACE_PARAMS(KINORA_TILE_INVERT),
     KINORA_TILE_OUTPUTS,
 };

@@ -28,11 +28,8 @@ constexpr Param kParams[] = {
     param::number("lacunarity", 2.f).range(1, 4).help("How many times finer each octave is."),
     param::number("jitter", 0.f).help("0: points at the middle of cells, 1: anywhere in them."),
     param::number("smoothness", 1.f).help("0: flat cells, 1: smooth."),
-    param::integer("turbulent", 0).range(0, 1).help("1: absolute values about the middle, which leave creases."),
-    param::integer("surfacePosition", 0)
-        .range(0, 1)
-        .options("0 object, 1 world")
-        .help("Space where no manifold is connected."),
+    param::flag("turbulent", false).help("1: absolute values about the middle, which leave creases."),
+    param::integer("surfacePosition", 0).options("0 object, 1 world").help("Space where no manifold is connected."),
     param::structure("manifold").help("Position; the surface's where not connected."),
     param::output(Type::Float, "resultF"),
     KINORA_COLOR_OUTPUTS,

@@ -11,26 +11,22 @@
       .help("Accepted; the token in the file name says which files make the atlas.")
 #define KINORA_IMAGE_BLUR                                                            \
   param::number("blur", 0.f).help("Added to the footprint, fraction of the image."), \
-      param::integer("lerp", 1).range(0, 1).help("1: blends two mip levels.")
+      param::flag("lerp", true).help("1: blends two mip levels.")
 // In the order of kImageInvertT and those behind it.
-#define KINORA_IMAGE_PARAMS                                                                          \
-  param::integer("invertT", 1)                                                                       \
-      .range(0, 1)                                                                                   \
-      .help("1: t counts up in the picture. Ignored where a manifold is connected."),                \
-      param::integer("filter", 1)                                                                    \
-          .range(0, 7)                                                                               \
-          .options("0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian")             \
-          .help(                                                                                     \
-              "Filter of lookups. 7 is the b-spline where texels are larger than the footprint: "    \
-              "free of facets, and softer than the curve of its name; elsewhere 1."),                \
-      KINORA_IMAGE_BLUR,                                                                             \
-      param::color("missingColor", 1, 0, 1)                                                          \
-          .fixed()                                                                                   \
-          .help("Result where there is no image; magenta is shown as a checkerboard of two greys."), \
-      param::number("missingAlpha", 1.f).fixed().help("resultA where there is no image."),           \
-      param::integer("linearize", 0)                                                                 \
-          .range(0, 1)                                                                               \
-          .help("1: the file stores sRGB; it is decoded before it is filtered.")
+#define KINORA_IMAGE_PARAMS                                                                                   \
+  param::flag("invertT", true).help("1: t counts up in the picture. Ignored where a manifold is connected."), \
+      param::integer("filter", 1)                                                                             \
+          .range(0, 7)                                                                                        \
+          .options("0 nearest, 1 box, 2 bilinear, 3 b-spline, 6 gaussian, 7 lagrangian")                      \
+          .help(                                                                                              \
+              "Filter of lookups. 7 is the b-spline where texels are larger than the footprint: "             \
+              "free of facets, and softer than the curve of its name; elsewhere 1."),                         \
+      KINORA_IMAGE_BLUR,                                                                                      \
+      param::color("missingColor", 1, 0, 1)                                                                   \
+          .fixed()                                                                                            \
+          .help("Result where there is no image; magenta is shown as a checkerboard of two greys."),          \
+      param::number("missingAlpha", 1.f).fixed().help("resultA where there is no image."),                    \
+      param::flag("linearize", false).help("1: the file stores sRGB; it is decoded before it is filtered.")
 #define KINORA_IMAGE_OUTPUTS KINORA_COLOR_OUTPUTS, param::output(Type::Float, "resultA")
 namespace kinora {
 // Indices of KINORA_IMAGE_PARAMS from the first of them on, and their number.

@@ -115,7 +115,7 @@ enum MemberIndex : uint32_t {
 
 // The parameters of one layer: switches of the lobes, then the members. P: "" or a prefix like "layer1_".
 #define KINORA_LAYER_SWITCH(lobe, on) \
-  param::integer(KINORA_LAYER_PREFIX "enable" #lobe, on).range(0, 1).help("1: the layer has this lobe."),
+  param::flag(KINORA_LAYER_PREFIX "enable" #lobe, on).help("1: the layer has this lobe."),
 #define KINORA_LAYER_MEMBER(kind, name, lobe, role, ...) \
   param::kind(KINORA_LAYER_PREFIX #name __VA_OPT__(, ) __VA_ARGS__).help("As of PxrSurface."),
 #define KINORA_LAYER_OUTPUT(kind, name, ...) param::output(kOutput_##kind, "pxrMaterialOut_" #name),

@@ -11,7 +11,6 @@
 #define KINORA_TILE_COUNT                                                                         \
   param::integer("numTextures", 1).range(1, 10).help("How many textures PxrMultiTexture shows."), \
       param::integer("textureOrder", 1)                                                           \
-          .range(0, 1)                                                                            \
           .options("0 one after the other, 1 at random")                                          \
           .help("Which of them a tile or an object shows.")
 #define KINORA_TILE_GROUT                                                                              \
@@ -26,7 +25,7 @@
   { kAngle, kScaleS, kScaleT, kOffsetS, kOffsetT, kNoPlaceParam, kNoPlaceParam, kPrimvarS, kPrimvarT, kGlobalScale }
 #define KINORA_TILE_PLACE_PARAMS(invertT) \
   KINORA_PLACE_ANGLE, KINORA_TILE_SCALE, KINORA_PLACE_PARAMS, invertT, KINORA_PLACE_PRIMVARS
-#define KINORA_TILE_INVERT param::integer("invertT", 1).range(0, 1).help("1: t becomes 1 - t within each tile.")
+#define KINORA_TILE_INVERT param::flag("invertT", true).help("1: t becomes 1 - t within each tile.")
 #define KINORA_TILE_OUTPUTS                                                              \
   param::output(Type::Struct, "result"), param::output(Type::Float, "resultS"),          \
       param::output(Type::Float, "resultT"), param::output(Type::Struct, "resultMulti"), \

@@ -25,7 +25,6 @@
       param::integer("gammaMode", 0).range(0, 2).options(KINORA_VARY_MODES).help("To which side gammas go.")
 #define KINORA_VARY_SOURCE                   \
   param::integer("randomSource", 0)          \
-      .range(0, 1)                           \
       .options("0 object id, 1 object name") \
       .help("What has a variation of its own. Names count by the object's id.")
 #endif

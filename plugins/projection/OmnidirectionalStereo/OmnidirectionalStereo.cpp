@@ -14,7 +14,6 @@
 namespace kinora::omnidirectionalStereo {
 constexpr Param kParams[] = {
     param::number("interpupilaryDistance", 0.0635f)
-        .range(0, 1)
         .help("Between the eyes, in units of the scene: 0.0635 where these are metres. 0: both see the same."),
 };
 struct Data {

@@ -30,15 +30,12 @@ constexpr std::array kOwn = {
               "clockwise."),
     number("tilt", 0.f)
         .range(-45, 45)
-        .help(
-            "Degrees by which the lens is tilted up, which tilts the plane of focus about the line where it meets "
-            "the "
-            "plane of the lens, at focalLength / sin(tilt) above it: above 0 the top of the picture is sharp nearer. "
-            "Not with focus1, focus2 and focus3."),
+        .help("Degrees by which the lens is tilted up, which tilts the plane of focus about the line where it meets "
+              "the plane of the lens, at focalLength / sin(tilt) above it: above 0 the top of the picture is sharp "
+              "nearer. Not with focus1, focus2 and focus3."),
     point("focus1", 0, 0, 0)
-        .help(
-            "World space. With focus2 and focus3: three points that the plane of focus passes through, which may be "
-            "tilted; instead of focalDistance. Used when they are not all the same."),
+        .help("World space. With focus2 and focus3: three points that the plane of focus passes through, which may "
+              "be tilted; instead of focalDistance. Used when they are not all the same."),
     point("focus2", 0, 0, 0).help("World space; see focus1."),
     point("focus3", 0, 0, 0).help("World space; see focus1."),
     integer("lensType", 2).range(0, 2).help("No effect: there is one model of distortion, see radial1."),
@@ -46,8 +43,7 @@ constexpr std::array kOwn = {
         .range(-1, 1)
         .help("Distortion: what an ideal lens shows at (x, y) of the screen lies at x (1 + (radial1 + assymX) r^2 + "
               "radial2 r^4), y (1 + (radial1 + assymY) r^2 + radial2 r^4), r its distance from distortionCtr. Above "
-              "0 a "
-              "cushion, below 0 a barrel, which is black where it shows nothing."),
+              "0 a cushion, below 0 a barrel, which is black where it shows nothing."),
     number("radial2", 0.f).range(-1, 1).help("See radial1."),
     number("assymX", 0.f).range(-1, 1).help("See radial1: distortion along x alone."),
     number("assymY", 0.f).range(-1, 1).help("See radial1: distortion along y alone."),
@@ -63,25 +59,17 @@ constexpr std::array kOwn = {
     color("axial", 0.f).help(kWhite),
     color("transverse", 1.f).help(kWhite),
     number("natural", 0.f)
-        .range(0, 1)
         .help("Natural vignetting: how much of the fourth power of the cosine to the view axis dims the picture; of "
-              "a shifted "
-              "lens about its axis, not the picture's middle."),
+              "a shifted lens about its axis, not the picture's middle."),
     number("optical", 0.f)
-        .range(0, 1)
-        .help(
-            "Vignetting by the rim of the lens hood, as large as the lens, which it covers from one side: at (x, y) "
-            "of "
-            "the screen the hood stands optical * (x, y) lens radii off. Highlights out of focus become cat's eyes; "
-            "without depth of field the picture darkens as much."),
+        .help("Vignetting by the rim of the lens hood, as large as the lens, which it covers from one side: at (x, "
+              "y) of the screen the hood stands optical * (x, y) lens radii off. Highlights out of focus become "
+              "cat's eyes; without depth of field the picture darkens as much."),
     string("sweep", "down").options("down|right|up|left").help("Where the shutter opens last; see duration."),
     number("duration", 1.f)
-        .range(0, 1)
-        .help(
-            "Rolling shutter: part of the shutter's time for which each line of pixels is open, one after the other "
-            "in "
-            "the direction of sweep; shutteropening shapes that part. 1: all of it, everywhere at once; the least is "
-            "0.001."),
+        .help("Rolling shutter: part of the shutter's time for which each line of pixels is open, one after the "
+              "other in the direction of sweep; shutteropening shapes that part. 1: all of it, everywhere at once; "
+              "the least is 0.001."),
 
     number("detail", 0.f)
         .range(-4, 4)
@@ -90,23 +78,20 @@ constexpr std::array kOwn = {
          "A magnifier: the place of the screen (x, y) that the picture shows in its middle, and how many times as "
          "large. "
          "Levels of textures and geometry stay those of the whole picture."),
-    integer("enhanceDiffAdjust", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
-        .help("1: with enhance, levels are those of the enlarged picture."),
-    integer("enhanceDisableDOF", 0).range(0, 1).options("0 off, 1 on").help("1: with enhance, everything is sharp."),
-    integer("enhanceDisableMoBlur", 0).range(0, 1).help("No effect: Shutter 0 0 does this."),
+    onOff("enhanceDiffAdjust", false).help("1: with enhance, levels are those of the enlarged picture."),
+    onOff("enhanceDisableDOF", false).help("1: with enhance, everything is sharp."),
+    flag("enhanceDisableMoBlur", false).help("No effect: Shutter 0 0 does this."),
     string("matte", "")
-        .help("No effect: holdouts are objects with trace:holdout, and pictures lie over the frame by "
-              "display filters."),
+        .help("No effect: holdouts are objects with trace:holdout, and pictures lie over the frame by display "
+              "filters."),
     string("cocTexture", "").help(kOneLens),
     number("dofMult", 1.f).range(0, 4).help("Factor on the radius of the lens, which blurs so much more."),
     list("dofPivotCenter", kZeros, 3, kOneLens),
-    number("dofRadiusStrength", 0.f).range(0, 1).help(kOneLens),
+    number("dofRadiusStrength", 0.f).help(kOneLens),
     number("dofRadiusFalloff", 1.f).range(0, 4).help(kOneLens),
     number("dofSqAnamorph", 1.f).range(0.5f, 2).help(kOneLens),
     list("dofSqCtr", kZeros, 3, kOneLens),
-    number("dofSqStrength", 0.f).range(0, 1).help(kOneLens),
+    number("dofSqStrength", 0.f).help(kOneLens),
     number("dofSqFalloff", 1.f).range(0, 4).help(kOneLens),
     integer("numSplitDiopters", 0).range(0, 2).help(kOneLens),
     number("splitDiopterAngle", 0.f).range(-180, 180).help(kOneLens),
@@ -114,8 +99,8 @@ constexpr std::array kOwn = {
     number("splitDiopterFocusDistance2", 0.f).range(0, 100).help(kOneLens),
     number("splitDiopterOffset1", 0.f).range(-1, 1).help(kOneLens),
     number("splitDiopterOffset2", 0.f).range(-1, 1).help(kOneLens),
-    number("splitDiopterWidth1", 0.f).range(0, 1).help(kOneLens),
-    number("splitDiopterWidth2", 0.f).range(0, 1).help(kOneLens),
+    number("splitDiopterWidth1", 0.f).help(kOneLens),
+    number("splitDiopterWidth2", 0.f).help(kOneLens),
 };
 constexpr auto kParams = joinParams(projectionParams::kLens, kOwn);
 

@@ -23,7 +23,6 @@ constexpr Param kParams[] = {
         .range(10, 150)
         .help("Degrees that the shorter side of the picture spans, through its middle; below 180."),
     param::number("compression", 1.f)
-        .range(0, 1)
         .help("How much the sides are drawn together: 0 perspective, 1 a stereographic cylinder."),
 };
 struct Data {

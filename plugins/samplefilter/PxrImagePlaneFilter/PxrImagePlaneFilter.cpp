@@ -6,9 +6,7 @@
 #if KINORA_PLAIN
 namespace kinora::pxrImagePlaneFilter {
 constexpr std::array kOwn = {
-    param::integer("useAlpha", 0)
-        .range(0, 1)
-        .options("0 off, 1 on")
+    param::onOff("useAlpha", false)
         .help("1: alpha grows by the picture's own, by which its colours are multiplied already; 0: alpha stays."),
 };
 constexpr auto kParams = joinParams(channelPicture::placeParams(0), channelPicture::kPlateParams, kOwn);

@@ -7,7 +7,7 @@ namespace kinora::pxrWatermarkFilter {
 constexpr std::array kOwn = {
     param::integer("mode", 3).range(3, 3).options("3 over").help(
         "How the picture and the samples mix. What other numbers mean is not published; they count as 3."),
-    param::number("transparency", 0.f).range(0, 1).help("0 shows the picture in full, 1 not at all."),
+    param::number("transparency", 0.f).help("0 shows the picture in full, 1 not at all."),
 };
 constexpr auto kParams = joinParams(channelPicture::placeParams(1), kOwn);
 struct Data {
