@@ -71,10 +71,11 @@ struct LevelledSurface::Workspace {
   // Points of the surface: where they lie undisplaced, and go to; what a shader says of their normal (0: nothing).
   std::vector<V3d> base, moved, given;
   std::vector<uint32_t> firstRequest;  // by point; one more at the end
-  // What is shaded for them.
+  // What is shaded for them: places, where these lie undisplaced.
   std::vector<Patches::Place> request;
   std::vector<float> radius;
-  std::vector<V3d> normal, offset, turned;
+  std::vector<V3d> from, normal, offset, turned;
+  Corners corners{~0u, 0, {}, {}};  // of the patch that was asked last
   // The points around a grid: beyond its edges, by edge and step; of corners, two for each patch around.
   std::array<uint32_t, 4> beyond{};
   std::array<bool, 4> hasBeyond{};
@@ -256,18 +257,31 @@ V3d LevelledSurface::normalAt(uint32_t patch, int corner, uint32_t key) const {
   return V3d(n[0], n[1], n[2]);
 }
 
-V3d LevelledSurface::basePoint(const Patches::Place& place, uint32_t key) const {
+namespace {
+
+V3d within(const V3d (&corner)[4], const Patches::Place& place) {
   const double u = double(place.u) / kUnit, v = double(place.v) / kUnit;
-  const auto at = [&](int k) { return cornerAt(place.patch, k, key); };
-  return (at(0) * (1 - u) + at(1) * u) * (1 - v) + (at(3) * (1 - u) + at(2) * u) * v;
+  return (corner[0] * (1 - u) + corner[1] * u) * (1 - v) + (corner[3] * (1 - u) + corner[2] * u) * v;
 }
 
-V3d LevelledSurface::baseNormal(const Patches::Place& place, uint32_t key) const {
-  const double u = double(place.u) / kUnit, v = double(place.v) / kUnit;
-  const auto at = [&](int k) { return normalAt(place.patch, k, key); };
-  const V3d n = (at(0) * (1 - u) + at(1) * u) * (1 - v) + (at(3) * (1 - u) + at(2) * u) * v;
+V3d unitWithin(const V3d (&corner)[4], const Patches::Place& place) {
+  const V3d n = within(corner, place);
   const double length = n.length();
   return length > 0 ? n / length : V3d(0, 0, 1);
+}
+
+}  // namespace
+
+const LevelledSurface::Corners& LevelledSurface::cornersOf(uint32_t patch, Workspace& w) const {
+  Corners& c = w.corners;
+  if (c.patch == patch && c.key == w.key) return c;
+  c.patch = patch;
+  c.key = w.key;
+  for (int k = 0; k < 4; ++k) {
+    c.point[k] = cornerAt(patch, k, w.key);
+    c.normal[k] = normalAt(patch, k, w.key);
+  }
+  return c;
 }
 
 // A point that patches share is the same one whichever of them asks: what is shaded for it, and from where it moves,
@@ -275,9 +289,11 @@ V3d LevelledSurface::baseNormal(const Patches::Place& place, uint32_t key) const
 void LevelledSurface::addPoint(Workspace& w, const Patches::Place& place) const {
   const Patches& all = *patches_;
   const auto request = [&](const Patches::Place& at, float size) {
+    const Corners& corners = cornersOf(at.patch, w);
     w.request.push_back(at);
     w.radius.push_back(0.5f * size * setup_.toRender);
-    w.normal.push_back(baseNormal(at, w.key));
+    w.from.push_back(within(corners.point, at));
+    w.normal.push_back(unitWithin(corners.normal, at));
   };
   const auto sitePoint = [&](uint32_t site) {
     uint32_t count;
@@ -324,16 +340,16 @@ void LevelledSurface::addPoint(Workspace& w, const Patches::Place& place) const 
       }
     }
   } else {
-    w.base.push_back(basePoint(place, w.key));
     float size = 0;
     for (const uint32_t e : all.edgesOf(place.patch)) size += 0.25f * all.edge(e).size;
     request(place, size);
+    w.base.push_back(w.from.back());
   }
   w.firstRequest.push_back(uint32_t(w.request.size()));
 }
 
 void LevelledSurface::placePoints(uint32_t patch, int level, bool isAround, Workspace& w) const {
-  for (auto* list : {&w.base, &w.normal}) list->clear();
+  for (auto* list : {&w.base, &w.from, &w.normal}) list->clear();
   w.request.clear();
   w.radius.clear();
   w.firstRequest.assign(1, 0);
@@ -413,7 +429,7 @@ void LevelledSurface::movePoints(Workspace& w) const {
   const float timeOfKey = keys_ > 1 ? float(w.key) / float(keys_ - 1) : 0.5f;
   for (size_t begin = 0; begin < n; begin += kPlacesAtOnce) {
     const ArenaScope memory(arena);
-    const uint32_t count = uint32_t(std::min<size_t>(kPlacesAtOnce, n - begin)), room = padded(kPlacesAtOnce);
+    const uint32_t count = uint32_t(std::min<size_t>(kPlacesAtOnce, n - begin)), room = padded(count);
     uint32_t *zero = arena.make<uint32_t>(room), *triangle = arena.make<uint32_t>(room),
              *number = arena.make<uint32_t>(room);
     const auto floats = [&] { return arena.make<float>(room); };
@@ -431,7 +447,7 @@ void LevelledSurface::movePoints(Workspace& w) const {
       zero[i] = 0;
       time[i] = timeOfKey;
       radius[i] = w.radius[from];
-      const V3d p = basePoint(place, w.key) + mesh.origin;
+      const V3d p = w.from[from] + mesh.origin;
       for (int k = 0; k < 3; ++k) {
         P[k][i] = float(p[k]);
         N[k][i] = float(w.normal[from][k]);
@@ -523,7 +539,10 @@ void LevelledSurface::addNormals(uint32_t patch, int level, Workspace& w) const 
         }
         return (P[at(i + 1, j)] - P[at(i - 1, j)]).cross(P[at(i, j + 1)] - P[at(i, j - 1)]);
       };
-      const V3d base = baseNormal({patch, uint16_t(i * stepU), uint16_t(j * stepV)}, w.key);
+      const bool isInner = !(isLeft || isRight || isLow || isHigh);
+      const V3d base =
+          isInner ? w.normal[w.firstRequest[here]]
+                  : unitWithin(cornersOf(patch, w).normal, {patch, uint16_t(i * stepU), uint16_t(j * stepV)});
       const V3d after = normalOf(w.moved);
       V3d n;
       const V3d given = w.given.empty() ? V3d(0) : w.given[here];
@@ -694,10 +713,8 @@ void LevelledSurface::flatFacet(uint32_t patch, float x, float y, trace::UserFac
   f.b2 = f.isSecond ? f.v - f.u : f.v;
   f.steps[0] = f.steps[1] = 1;
   f.radius = INFINITY;
-  static constexpr uint16_t kX[4] = {0, 1, 1, 0}, kY[4] = {0, 0, 1, 1};
   for (int c = 0; c < 4; ++c) {
-    const Patches::Place corner{patch, uint16_t(kX[c] * kUnit), uint16_t(kY[c] * kUnit)};
-    const V3d p = basePoint(corner), n = baseNormal(corner);
+    const V3d p = cornerAt(patch, c, 0), n = normalAt(patch, c, 0).normalized();
     for (int a = 0; a < 3; ++a) {
       f.P[c][a] = float(p[a]);
       f.N[c][a] = float(n[a]);

@@ -65,6 +65,10 @@ class LevelledSurface final : public trace::UserGeometry {
 
  private:
   struct Workspace;
+  struct Corners {  // of a patch, at a key
+    uint32_t patch, key;
+    Imath::V3d point[4], normal[4];
+  };
   struct Choice {  // what a ray sees
     int level;
     std::array<uint8_t, 4> steps;
@@ -101,10 +105,9 @@ class LevelledSurface final : public trace::UserGeometry {
   // What was placed last joins the grid of the workspace, as its next key.
   void addPointsOfGrid(uint32_t patch, int level, Workspace& w) const;
   void addNormals(uint32_t patch, int level, Workspace& w) const;
+  const Corners& cornersOf(uint32_t patch, Workspace& w) const;
   Imath::V3d cornerAt(uint32_t patch, int corner, uint32_t key) const;
   Imath::V3d normalAt(uint32_t patch, int corner, uint32_t key) const;
-  Imath::V3d basePoint(const geometry::Patches::Place& place, uint32_t key) const;
-  Imath::V3d baseNormal(const geometry::Patches::Place& place, uint32_t key) const;
   void findBounds(const std::atomic<bool>* stop);
   bool hasJoint(uint32_t patch) const;
   void tell(Workspace& w, uint32_t patch) const;

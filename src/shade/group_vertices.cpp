@@ -216,7 +216,7 @@ uint32_t GroupState::contextsOfRecords(uint32_t n, const VertexRecord* records, 
   const auto isBefore = [&](uint32_t a, uint32_t b) {
     return program[a] != program[b] ? program[a] < program[b] : how[a] != how[b] ? how[a] < how[b] : a < b;
   };
-  std::sort(order, order + n, isBefore);
+  if (!std::is_sorted(order, order + n, isBefore)) std::sort(order, order + n, isBefore);
   uint32_t count = 0;
   Context** made = arena_.make<Context*>(n);
   for (uint32_t first = 0, end; first < n; first = end) {
@@ -252,9 +252,12 @@ bool GroupState::displace(uint32_t n, const SurfacePlaces& places, const float* 
       const bool isTurned = h.program->nodes.back().params[1].from == ParamSource::From::Connected;
       const Value turned = isTurned ? c->param(1) : Value();
       hasNormals |= isTurned;
+      trace::Affine toRender, toObject;
       for (uint32_t j = 0; j < c->count; ++j) {
-        const trace::Affine toRender = world_.world->objectToRender(c->place.instance[j], c->time[j]),
-                            toObject = toRender.inverse();
+        if (j == 0 || c->place.instance[j] != c->place.instance[j - 1] || c->time[j] != c->time[j - 1]) {
+          toRender = world_.world->objectToRender(c->place.instance[j], c->time[j]);
+          toObject = toRender.inverse();
+        }
         float way[3];
         for (int k = 0; k < 3; ++k) way[k] = moved.data[k][moved.stride ? j : 0] - c->P[k][j];
         for (int k = 0; k < 3; ++k)

@@ -30,9 +30,14 @@ struct ShaderServices::Calls {
       return false;
     }
     const uint32_t n = out.varies ? b.points : 1;
-    for (uint32_t k = 0; k < 16; ++k)
+    for (uint32_t k = 0; k < 16; ++k) {
+      if (n > 1 && m.uniform()) {  // lanes that take no part may have it too
+        std::fill_n(out.cells[k], n, m.m[k][0]);
+        continue;
+      }
       for (uint32_t i = 0; i < n; ++i)
         if (n == 1 || b.isLive(i)) out.set(k, i, m.m[k][m.uniform() ? 0 : b.first + i]);
+    }
     return true;
   }
   static bool spaceToCommon(void* self, const Batch& b, int32_t space, Span out) {

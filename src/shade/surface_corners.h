@@ -189,14 +189,39 @@ struct CornerLanes {
     const float moved[3] = {keys.mix(v[0], next[0]), keys.mix(v[1], next[1]), keys.mix(v[2], next[2])};
     at[corner].set(lane, moved);
   }
+  // What the first lane has goes to all.
+  KN_INLINE void spread() {
+    for (Lanes3<W>& c : at)
+      for (auto& x : c.x) Float<W>(x[0]).store(x);
+    Int<W>(quad[0]).store(quad);
+  }
   KN_INLINE Mask<W> onQuad() const { return Int<W>::load(quad) != Int<W>(0); }
 };
+
+// Whether W points lie on one triangle, or on one quad where `whole`, and on no micropolygon: what is stored at corners
+// is loaded once then. So it is where surfaces are diced, and where rays see large faces.
+template <int W>
+KN_INLINE bool areOnOneFace(const SurfaceArgs& a, uint32_t i, bool whole) {
+  if (a.facet || !(Int<W>::load(a.at.geometry + i) == Int<W>(a.at.geometry[i])).all()) return false;
+  const Int<W> primitive = Int<W>::load(a.at.primitive + i);
+  const uint32_t first = a.at.primitive[i];
+  if (whole && a.quad[0]) {
+    const Mask<W> onQuads = Float<W>::load(a.quad[0] + i) >= Float<W>(0.f);
+    if (onQuads.all() && a.world->tables.meshes[a.at.geometry[i]].mesh->quadPairs)
+      return ((primitive | Int<W>(1)) == Int<W>(first | 1)).all();
+    if (!onQuads.none() && !onQuads.all()) return false;
+  }
+  return (primitive == Int<W>(first)).all();
+}
 
 // Positions at the points' times.
 template <int W>
 CornerLanes<W> cornerPositions(const SurfaceArgs& a, uint32_t i, bool whole, bool undeformed = false) {
   CornerLanes<W> out;
-  for (int l = 0; l < W; ++l) {
+  const MeshView& mesh = a.world->tables.meshes[a.at.geometry[i]];
+  const bool isOnce =
+      (undeformed || !mesh.isMoving) && areOnOneFace<W>(a, i, whole || (undeformed && a.isByParameter));
+  for (int l = 0; l < (isOnce ? 1 : W); ++l) {
     const uint32_t point = i + uint32_t(l);
     if (!undeformed && out.setFacet(a, point, l, whole, &trace::UserFacet::P)) continue;
     // where a place is given by its parameters the quad is one piece
@@ -212,6 +237,7 @@ CornerLanes<W> cornerPositions(const SurfaceArgs& a, uint32_t i, bool whole, boo
     for (int k = 0; k < corners.count(); ++k)
       out.set(l, k, &points[keys.first + m.indices[corners[k]]].x, 3 * (keys.second - keys.first), keys);
   }
+  if (isOnce) out.spread();
   return out;
 }
 
@@ -220,7 +246,8 @@ template <int W>
 CornerLanes<W> cornerNormals(const SurfaceArgs& a, uint32_t i, bool whole) {
   using Rate = geometry::Primvar::Rate;
   CornerLanes<W> out;
-  for (int l = 0; l < W; ++l) {
+  const bool isOnce = !a.world->tables.meshes[a.at.geometry[i]].movesNormals && areOnOneFace<W>(a, i, whole);
+  for (int l = 0; l < (isOnce ? 1 : W); ++l) {
     const uint32_t point = i + uint32_t(l);
     if (out.setFacet(a, point, l, whole, &trace::UserFacet::N)) continue;
     const CornersOf corners(a, point, whole);
@@ -237,6 +264,7 @@ CornerLanes<W> cornerNormals(const SurfaceArgs& a, uint32_t i, bool whole) {
       out.set(l, k, m.normals + 3 * (keys.first + of), 3 * (keys.second - keys.first), keys);
     }
   }
+  if (isOnce) out.spread();
   return out;
 }
 
