@@ -160,7 +160,7 @@ void Displacement::begin(const FlatScene& flat, const Tools& tools) {
       if (*color) h.bytes((*color)->data(), sizeof **color);
     }
     h.bytes(&a.shadingRate, sizeof a.shadingRate);
-    h.digest(scene::digestOf(flat.toRender(placementOf_[s])));
+    h.digest(scene::digestOf(toRenderOf(s, placementOf_[s])));
     digests_[s] = h.result();
   }
   networks_.forgetOthers();
@@ -189,7 +189,7 @@ void Displacement::tellOfScales() {
   for (uint32_t p = 0; p < flat_->placements.size(); ++p)
     for (const uint32_t s : flat_->parts[flat_->partOf(p)].shapes) {
       if (!isAsked[s]) continue;
-      const double scale = scaleAt(p);
+      const double scale = scaleAt(s, p);
       ScaleRange& r = ranges_[s];
       if (r.most == 0 || scale < r.least) r.least = scale, r.smallest = p;
       if (r.most == 0 || scale > r.most) r.most = scale, r.largest = p;
@@ -202,8 +202,15 @@ void Displacement::tellOfScales() {
   }
 }
 
-double Displacement::scaleAt(uint32_t placement) const {
-  return scaleOf(flat_->toRender(placement).at(tools_->camera.middle()));
+// Surfaces are displaced in their own space, wherever their meshes end up.
+scene::Transform Displacement::toRenderOf(size_t shape, uint32_t placement) const {
+  const scene::Transform toRender = flat_->toRender(placement);
+  const FlatScene::Shape& s = flat_->shapes[shape];
+  return s.isBaked ? concat(s.primitive->toWorld, toRender) : toRender;
+}
+
+double Displacement::scaleAt(size_t shape, uint32_t placement) const {
+  return scaleOf(toRenderOf(shape, placement).at(tools_->camera.middle()));
 }
 
 void Displacement::tellOfScale(size_t shape) const {
@@ -213,7 +220,7 @@ void Displacement::tellOfScale(size_t shape) const {
       "displacement '" + node.handle + "' is measured in the world's lengths, and instances of " +
           flat_->shapes[shape].primitive->name() + " have scales from " + numberText(ranges_[shape].least) + " to " +
           numberText(ranges_[shape].most),
-      "all are displaced as the first of them, which has " + numberText(scaleAt(placementOf_[shape])),
+      "all are displaced as the first of them, which has " + numberText(scaleAt(shape, placementOf_[shape])),
       "measure it in the object's own lengths, or put what has another scale into an object of its own");
 }
 
@@ -225,7 +232,7 @@ void Displacement::checkScale(size_t shape, const std::shared_ptr<geometry::Mesh
   if (ranges_.empty() || !set_->program((*set_)[materialOf_[shape]].program).isMovedByShader) return;
   const ScaleRange& r = ranges_[shape];
   if (!(r.most > r.least)) return;
-  const double first = scaleAt(placementOf_[shape]);
+  const double first = scaleAt(shape, placementOf_[shape]);
   const uint32_t other = r.most * r.least > first * first ? r.largest : r.smallest;
   constexpr size_t kPoints = 500;
   geometry::Micropolygons some = grid;
@@ -241,7 +248,7 @@ void Displacement::checkScale(size_t shape, const std::shared_ptr<geometry::Mesh
     others += double(there.offsets[v].length2());
   }
   if (!(own > 0) || !(others > 0) || !std::isfinite(own + others)) return;
-  if (std::abs(std::sqrt(others / own) - 1) > 0.1 * std::abs(first / scaleAt(other) - 1)) tellOfScale(shape);
+  if (std::abs(std::sqrt(others / own) - 1) > 0.1 * std::abs(first / scaleAt(shape, other) - 1)) tellOfScale(shape);
 }
 
 void Displacement::end() {
@@ -266,11 +273,14 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, uint32_t placement,
                                           const std::shared_ptr<geometry::Mesh>& mesh) const {
   FlatScene alone;
   alone.shapes = {flat_->shapes[shape]};
+  alone.shapes[0].isBaked = false;
   trace::PartInput part;
   part.shapes = {0};
   part.instanced = true;
   alone.parts = {part};
-  alone.infos = {flat_->infos[flat_->placements[placement].kind]};
+  uint32_t kind = flat_->placements[placement].kind;  // of the part's first shape
+  while (flat_->kinds[kind].shape != shape) ++kind;
+  alone.infos = {flat_->infos[kind]};
   alone.attributes = {flat_->shapes[shape].attributes.get()};
 
   shade::ShadingWorld w;
@@ -282,7 +292,7 @@ shade::ShadingWorld Displacement::worldOf(size_t shape, uint32_t placement,
   options.placesOnly = true;
   trace::BuildCounters counters;
   trace::PlacementInput place;
-  place.toRender = flat_->toRender(placement);
+  place.toRender = toRenderOf(shape, placement);
   w.world = trace::World::build({input}, alone.parts, {place}, options, nullptr, counters);
   w.materials = set_;
   w.placements = alone.infos;
@@ -318,7 +328,7 @@ Displacement::Shaded Displacement::shade(size_t shape, uint32_t placement,
   const shade::ShadingWorld world = worldOf(shape, placement, mesh);
   const geometry::Primvar& normals = *mesh->find("N");
   const size_t keys = size_t(mesh->keyCount()), count = mesh->vertexCount;
-  const float toRender = float(scaleAt(placement));
+  const float toRender = float(scaleAt(shape, placement));
   const size_t chunks = (count + kVerticesAtOnce - 1) / kVerticesAtOnce;
   ThreadGroups groups(world);
   const auto shadeChunk = [&](size_t chunk) {
@@ -429,7 +439,7 @@ double Displacement::boundOf(size_t shape, std::string& space, double& scale) co
   space = a.named.getString("displacementbound:coordinatesystem", "");
   if (space.empty()) space = a.named.getString("displacementbound:CoordinateSystem", "object");
   scale = 1;
-  const double toWorld = scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle()));
+  const double toWorld = scaleAt(shape, placementOf_[shape]);
   if (space == "world" || space == "camera") {
     scale = toWorld;
   } else if (const auto it = tools_->scene.coordinateSystems.find(space);
@@ -522,7 +532,7 @@ std::shared_ptr<const LevelledSurface> Displacement::levelled(size_t shape, cons
   setup.object = p.name();
   setup.displacement = node.handle;
   setup.pos = node.pos;
-  setup.toRender = float(scaleOf(flat_->toRender(placementOf_[shape]).at(tools_->camera.middle())));
+  setup.toRender = float(scaleAt(shape, placementOf_[shape]));
   if (bound > 0 && scale > 0) setup.bound = bound / scale;
   setup.pixels = float(pixels);
   setup.stop = stop;

@@ -89,7 +89,9 @@ class Displacement {
   };
   void tellOfScales();
   void tellOfScale(size_t shape) const;
-  double scaleAt(uint32_t placement) const;
+  // From the space of the shape itself.
+  scene::Transform toRenderOf(size_t shape, uint32_t placement) const;
+  double scaleAt(size_t shape, uint32_t placement) const;
   // `offsets`: of the first placement, one key at least; null: not known.
   void checkScale(size_t shape, const std::shared_ptr<geometry::Mesh>& mesh, const geometry::Micropolygons& grid,
                   const std::vector<Imath::V3f>* offsets, const std::atomic<bool>* stop) const;

@@ -467,8 +467,8 @@ class Flattener {
       const bool isTurned = trees_.isTurned(in);
       const scene::AttributesPtr& given = isTurned ? turned(inherited) : inherited;
       const Digest look = isTurned ? lookOf(given.get()) : lookAsSaid;
-      const bool isOfMany = mayBeMany && !boundsMedia(inherited.get()) && !hasDetail(p->attributes.get()) &&
-                            maySharePart(*p, given.get());
+      const bool isOfMany =
+          mayBeMany && !boundsMedia(inherited.get()) && !hasDetail(p->attributes.get()) && maySharePart(*p);
       (isOfMany ? many : alone).push_back({k, given, inherited.get(), look, in});
     }
     const uint32_t kind = kindsOfMany(prototype, attributes.get(), many);

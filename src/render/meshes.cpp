@@ -14,6 +14,7 @@
 #include "scene/bytes.h"
 #include "scene/digests.h"
 #include "scene/uniform_keys.h"
+#include "trace/transformed_geometry.h"
 
 namespace kinora::render {
 
@@ -244,6 +245,14 @@ Meshes::Kept Meshes::tessellated(const FlatScene& flat, size_t index, const geom
     }
     if (kept.levels) {
       kept.mesh = kept.levels->patches()->mesh();
+      kept.user = kept.levels;
+      const scene::Matrix own = scene::Matrix().setTranslation(kept.mesh->origin) * p->toWorld.matrices[0];
+      if (shape.isBaked && own != scene::Matrix()) {
+        // it is diced and displaced in its own space; what lies on it is asked for in that of the part
+        kept.user = std::make_shared<trace::TransformedGeometry>(kept.levels, own);
+        kept.mesh = std::make_shared<geometry::Mesh>(*kept.mesh);
+        trace::bake(*kept.mesh, p->toWorld.matrices[0]);
+      }
       kept.isDiced = isDiced;
       return kept;  // another camera, another surface: nothing of the content is compared
     }
@@ -344,6 +353,8 @@ bool Meshes::make(const FlatScene& flat, const CameraState& camera, const Displa
       mine.serial = found[i]->serial;
     } else {
       held_.add(mine.mesh->bytes());
+      if (mine.levels && mine.levels->patches()->mesh() != mine.mesh)
+        held_.add(mine.levels->patches()->mesh()->bytes());
     }
     next[i] = std::move(mine);
   });
@@ -365,7 +376,7 @@ std::vector<trace::ShapeInput> Meshes::shapes() const {
     out[i].key = id | variants[id]++ << 32;
     out[i].revision = kept_[i].serial;
     out[i].mesh = kept_[i].mesh;
-    out[i].user = kept_[i].levels;
+    out[i].user = kept_[i].user;
   }
   return out;
 }

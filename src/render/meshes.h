@@ -52,7 +52,8 @@ class Meshes {
     Digest content;        // and what came out, before it was brought into render space
     uint64_t serial = 0;
     std::shared_ptr<geometry::Mesh> mesh;
-    std::shared_ptr<const LevelledSurface> levels;  // instead of the mesh's triangles; null: these
+    std::shared_ptr<const LevelledSurface> levels;    // instead of the mesh's triangles; null: these
+    std::shared_ptr<const trace::UserGeometry> user;  // the same, in the space of its part
   };
   class Finder;
   static Kept tessellated(const FlatScene& flat, size_t shape, const geometry::DiceRate& rate,

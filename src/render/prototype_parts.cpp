@@ -51,10 +51,9 @@ bool isWellMade(const scene::Matrix& m) {
 
 }  // namespace
 
-bool maySharePart(const scene::Primitive& p, const scene::Attributes* given) {
+bool maySharePart(const scene::Primitive& p) {
   constexpr double kFarthest = 2048;  // sizes: 13 bits are left of a float's 24
   if (!p.toWorld.isStatic() || !isWellMade(p.toWorld.matrices[0])) return false;
-  if (given && given->displacement) return false;
   const bool isStrand =
       std::holds_alternative<scene::Curves>(p.shape) || std::holds_alternative<scene::Points>(p.shape);
   if (isStrand && !trace::keepsWidths(p.toWorld.matrices[0])) return false;

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/probes/probe_support.h"
+#include "trace/transformed_geometry.h"
 #include "trace/world.h"
 
 namespace kinora::probes {
@@ -318,6 +319,123 @@ TEST(UserGeometry, BoxesMoveWithTheKeys) {
     row.set(i, {-5, 0.5f, row.geometry->heightAt(row.timeOf(i)) + (i % 2 ? 1.f : -1.f)}, {1, 0, 0});
   row.trace();
   EXPECT_LT(row.geometry->asked.load(), int(row.kCount));
+}
+
+// A transform that is baked into geometry against a placement by it: mirrored, sheared, of other sizes along each axis.
+scene::Matrix uneven() { return scene::Matrix(-0.5, 0.1, 0, 0, 0.2, 0.7, 0, 0, 0.05, 0, 0.4, 0, 0.1, -0.3, 0.2, 1); }
+
+TEST(TransformedGeometry, IsMetAsWhatIsPlacedSo) {
+  const auto geometry = std::make_shared<TwoLevels>();
+  const auto worldOf = [](std::shared_ptr<const trace::UserGeometry> user, const scene::Matrix& toRender) {
+    std::vector<trace::ShapeInput> shapes(1);
+    shapes[0].key = 1;
+    shapes[0].user = std::move(user);
+    std::vector<trace::PartInput> parts(1);
+    parts[0].key = 1;
+    parts[0].shapes = {0};
+    parts[0].instanced = true;
+    std::vector<trace::PlacementInput> placements(1);
+    placements[0].toRender = scene::Transform::fixed(toRender);
+    trace::BuildCounters counters;
+    return trace::World::build(std::move(shapes), std::move(parts), std::move(placements), {}, nullptr, counters);
+  };
+  const scene::Matrix m = uneven(), normals = m.inverse().transposed();
+  const auto placed = worldOf(geometry, m),
+             baked = worldOf(std::make_shared<trace::TransformedGeometry>(geometry, m), scene::Matrix());
+  Batch a(kRays), b(kRays);
+  std::vector<uint32_t> slots(kRays);
+  std::iota(slots.begin(), slots.end(), 0u);
+  for (uint32_t i = 0; i < kRays; ++i) {
+    setRay(a.rays, i, i);
+    setRay(b.rays, i, i);
+    a.rays.spread[i] = b.rays.spread[i] = 0.012f;
+  }
+  placed->closest(a.rays, a.hits, trace::kSeenByCamera, kRays, slots.data());
+  baked->closest(b.rays, b.hits, trace::kSeenByCamera, kRays, slots.data());
+  uint32_t hits = 0, differ = 0;
+  std::array<uint32_t, 2> levels{0, 0};
+  for (uint32_t i = 0; i < kRays; ++i) {
+    const bool isA = !std::isinf(a.hits.t[i]), isB = !std::isinf(b.hits.t[i]);
+    if (isA != isB || (isA && (a.hits.primitive[i] != b.hits.primitive[i] || a.hits.level[i] != b.hits.level[i]))) {
+      ++differ;  // at edges, and where a footprint is near to the size that decides
+      continue;
+    }
+    if (!isA) continue;
+    ++hits;
+    ++levels[a.hits.level[i]];
+    EXPECT_NEAR(b.hits.t[i], a.hits.t[i], 1e-4f * a.hits.t[i]) << i;
+    Imath::V3d expected;
+    normals.multDirMatrix(Imath::V3d(a.hits.ng[0][i], a.hits.ng[1][i], a.hits.ng[2][i]), expected);
+    expected *= m.determinant();
+    const Imath::V3d got(b.hits.ng[0][i], b.hits.ng[1][i], b.hits.ng[2][i]);
+    differ += !((got - expected).length() < 1e-3 * expected.length());
+  }
+  EXPECT_GT(hits, 200u);
+  EXPECT_GT(levels[0], 20u);
+  EXPECT_GT(levels[1], 20u);
+  EXPECT_LT(differ, hits / 50);
+}
+
+// One micropolygon.
+class OneFacet final : public trace::UserGeometry {
+ public:
+  uint32_t patchCount() const override { return 1; }
+  void bounds(uint32_t, uint32_t, float lower[3], float upper[3]) const override {
+    for (int k = 0; k < 3; ++k) {
+      lower[k] = 0;
+      upper[k] = k == 2 ? 0.f : 1.f;
+    }
+  }
+  bool intersect(uint32_t, const trace::UserRay&, trace::UserHit*) const override { return false; }
+  bool hasFacets() const override { return true; }
+  void facets(uint32_t n, const uint32_t*, const uint32_t*, const float* u, const float* v, const float* time,
+              trace::UserFacet* out) const override {
+    for (uint32_t i = 0; i < n; ++i) {
+      static constexpr float kX[4] = {0, 1, 1, 0}, kY[4] = {0, 0, 1, 1};
+      out[i] = {};
+      for (int c = 0; c < 4; ++c) {
+        out[i].P[c][0] = kX[c];
+        out[i].P[c][1] = kY[c];
+        out[i].P[c][2] = time[i];
+        out[i].N[c][2] = 1;
+      }
+      out[i].u = u[i];
+      out[i].v = v[i];
+      out[i].radius = 3;
+    }
+  }
+};
+
+TEST(TransformedGeometry, BringsFacetsAndBoxes) {
+  const scene::Matrix m = uneven();
+  const trace::TransformedGeometry geometry(std::make_shared<OneFacet>(), m);
+  ASSERT_TRUE(geometry.hasFacets());
+  trace::UserFacet f[2];
+  const uint32_t zero[2] = {0, 0};
+  const float u[2] = {.25f, .5f}, v[2] = {.75f, 0}, time[2] = {0, .5f};
+  geometry.facets(2, zero, zero, u, v, time, f);
+  float lower[3], upper[3];
+  geometry.bounds(0, 0, lower, upper);
+  Imath::V3d normal;
+  m.inverse().transposed().multDirMatrix(Imath::V3d(0, 0, 1), normal);
+  normal.normalize();
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(f[i].u, u[i]);
+    EXPECT_EQ(f[i].v, v[i]);
+    EXPECT_NEAR(f[i].radius, 3 * std::cbrt(std::fabs(m.determinant())), 1e-5);
+    for (int c = 0; c < 4; ++c) {
+      const Imath::V3d p = Imath::V3d(c == 1 || c == 2, c >= 2, double(time[i])) * m;
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(f[i].P[c][k], p[k], 1e-6);
+        EXPECT_NEAR(f[i].N[c][k], normal[k], 1e-6);
+        if (i > 0) continue;
+        EXPECT_LE(lower[k], f[i].P[c][k] + 1e-6f);
+        EXPECT_GE(upper[k], f[i].P[c][k] - 1e-6f);
+      }
+    }
+  }
+  EXPECT_NEAR(upper[0] - lower[0], 0.7, 1e-4);  // .5 and .2
+  EXPECT_NEAR(upper[1] - lower[1], 0.8, 1e-4);
 }
 
 TEST(UserGeometry, OnlyLevelsAskedForAreMade) {
