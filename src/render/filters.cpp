@@ -41,7 +41,7 @@ class ActiveNodes {
     }
     open_.push_back(node.get());
     const scene::Parameter* filter = node->params.find("filter");
-    for (const std::string& handle : filter ? filter->strings : std::vector<std::string>()) {
+    for (const std::string& handle : filter ? filter->strings.get() : std::vector<std::string>()) {
       if (++named_ > kMost) break;
       const auto it = std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& n) { return n->handle == handle; });
       if (it == nodes_.end())
@@ -358,7 +358,7 @@ class FilterGroups {
       if (!isLightCombiner(*n)) continue;
       for (const auto& [name, mode] : kModes) {
         const scene::Parameter* list = n->params.find(name);
-        for (const std::string& handle : list ? list->strings : std::vector<std::string>()) {
+        for (const std::string& handle : list ? list->strings.get() : std::vector<std::string>()) {
           const auto it =
               std::find_if(filters.begin(), filters.end(), [&](const auto& f) { return f->handle == handle; });
           if (it == filters.end() || isLightCombiner(**it))
