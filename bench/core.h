@@ -24,15 +24,16 @@ render::Settings passOfFullGroups(const Options& options, RecordedRays& recorded
 // Writes a tiled mip-mapped picture of side x side into the temporary directory; "" when it cannot be written.
 std::string makeTexture(int side, bool isHalf);  // core_textures.cpp
 
-void measureTracing(const Options& options, Figures& figures);     // core_tracing.cpp
-void measureRich(const Options& options, Figures& figures);        // core_tracing.cpp
-void measureCurves(const Options& options, Figures& figures);      // core_curves.cpp
-void measureSurface(const Options& options, Figures& figures);     // core_surface.cpp
-void measureFrames(const Options& options, Figures& figures);      // core_frames.cpp
-void measureLightPaths(const Options& options, Figures& figures);  // core_frames.cpp
-void measureTextures(const Options& options, Figures& figures);    // core_textures.cpp
-void measureMemory(const Options& options, Figures& figures);      // core_frames.cpp
-void measureLanes(const Options& options, Figures& figures);       // core_frames.cpp
-void measureFirstPixel(const Options& options, Figures& figures);  // core_frames.cpp
+void measureTracing(const Options& options, Figures& figures);       // core_tracing.cpp
+void measureRich(const Options& options, Figures& figures);          // core_tracing.cpp
+void measureCurves(const Options& options, Figures& figures);        // core_curves.cpp
+void measureSurface(const Options& options, Figures& figures);       // core_surface.cpp
+void measureFrames(const Options& options, Figures& figures);        // core_frames.cpp
+void measureLightPaths(const Options& options, Figures& figures);    // core_frames.cpp
+void measureTextures(const Options& options, Figures& figures);      // core_textures.cpp
+void measureTextureReads(const Options& options, Figures& figures);  // core_texture_reads.cpp
+void measureMemory(const Options& options, Figures& figures);        // core_frames.cpp
+void measureLanes(const Options& options, Figures& figures);         // core_frames.cpp
+void measureFirstPixel(const Options& options, Figures& figures);    // core_frames.cpp
 
 }  // namespace kinora::bench

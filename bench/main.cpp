@@ -55,6 +55,10 @@ constexpr Group kCore[] = {
     {"textures", &measureTextures,
      "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; "
      "million_lookups*"},
+    {"reads", &measureTextureReads,
+     "texture_reads_*: tiles a second that 1 to 8 threads read of files that answer after 0, 1 and 10 ms more, "
+     "texture_reads_gain_*: over those when each lookup reads by itself; texture_hits_beside_reads: lookups in cache "
+     "beside them against alone"},
     {"memory", &measureMemory,
      "bytes_per_triangle: all that a mesh costs, by owner, and the process' growth beside it"},
     {"lanes", &measureLanes, "lane_use_first_hit: SIMD lanes in use at camera hits, 1,000 materials of 8 programs"},

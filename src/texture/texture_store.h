@@ -17,6 +17,7 @@ class TextureStore {
   virtual void setSearchPath(std::vector<std::string> directories) = 0;
   virtual void setCacheLimit(uint64_t bytes) = 0;
   virtual void setLevelFolder(std::string folder) = 0;
+  virtual void setReading(TextureReading reading) = 0;
   virtual int handle(const std::string& file, const TextureRequest& request) = 0;
   virtual void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t,
                       const float* radius, const TextureOptions& options, const TextureSystem::Part& part,

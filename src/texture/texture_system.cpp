@@ -36,6 +36,7 @@ struct TextureSystem::Impl {
     owner->setSearchPath(searchPath);
     if (cacheLimit) owner->setCacheLimit(*cacheLimit);
     owner->setLevelFolder(levelFolder);
+    owner->setReading(reading);
     store = owner.get();
     return store;
   }
@@ -57,6 +58,7 @@ struct TextureSystem::Impl {
   std::vector<std::string> searchPath;
   std::optional<uint64_t> cacheLimit;
   std::string levelFolder;
+  TextureReading reading;
   std::unique_ptr<TextureStore> owner;
   std::atomic<TextureStore*> store{nullptr};
   std::atomic<uint64_t> missingLookups{0};  // without a store
@@ -81,6 +83,12 @@ void TextureSystem::setLevelFolder(std::string folder) {
   const std::lock_guard lock(impl_->mutex);
   impl_->levelFolder = folder;
   if (impl_->store) impl_->owner->setLevelFolder(std::move(folder));
+}
+
+void TextureSystem::setReading(TextureReading reading) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->reading = reading;
+  if (impl_->store) impl_->owner->setReading(reading);
 }
 
 int TextureSystem::handle(const std::string& file, const TextureRequest& request) {

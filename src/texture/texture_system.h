@@ -24,6 +24,18 @@ struct TextureRequest {
   std::string object;  // "pattern 'wood'"
 };
 
+// How tiles that lookups lack are read; for tests and benchmarks. No value depends on it.
+struct TextureReading {
+  enum Way {
+    Measured,  // gathered for a group where they take long to come; by several threads where reads wait for files
+    OneByOne,  // by each lookup as it comes
+    InOrder,   // gathered, by the thread that looks up
+    Together,  // gathered, always by several threads
+  };
+  Way way = Measured;
+  uint32_t delay = 0;  // microseconds that each read takes longer: a disk or a network that is far
+};
+
 struct TextureStatistics {
   uint64_t files = 0;  // opened for lookups
   uint64_t lookups = 0;
@@ -62,6 +74,8 @@ class TextureSystem {
   // processes find them there. It changes no value, and may be emptied between frames. "": nowhere. Set before the
   // first handle is asked for.
   void setLevelFolder(std::string folder);
+
+  void setReading(TextureReading reading);
 
   // A name along the search path; names from other machines are sought by ever shorter tails ("/a/b/c.tex":
   // "b/c.tex", "c.tex"), then with other extensions (.tex, .tx, .exr, .tif, .png, ...). The tokens <UDIM>, <U>_<V>,

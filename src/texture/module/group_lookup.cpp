@@ -1,9 +1,12 @@
 #include "texture/module/group_lookup.h"
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 namespace kinora::texture {
 namespace {
@@ -91,9 +94,14 @@ bool Pyramid::describe(OIIO::ImageCache& cache, OIIO::ImageCache::Perthread* thr
         spec->y || spec->full_x || spec->full_y || spec->full_width != spec->width ||
         spec->full_height != spec->height)
       return false;
+    if (i == 0) {
+      const OIIO::ImageSpec* stored = cache.imagespec(finest, thread, 0, 0, true);
+      isStrips = stored && stored->tile_width < 1;
+    }
     levels.push_back({spec->width, spec->height, spec->tile_width, spec->tile_height, shiftOf(spec->tile_width),
                       shiftOf(spec->tile_height)});
     channels = spec->nchannels;
+    texelBytes = std::max(texelBytes, uint32_t(spec->pixel_bytes()));
   }
   // a tile of many channels is read whole
   constexpr int kMostChannels = 8;
@@ -104,6 +112,8 @@ TileTable::~TileTable() {
   for (Tile& t : tiles_)
     if (t.handle) cache_.release_tile(t.handle);
   for (OIIO::ImageCache::Tile* t : leaving_) cache_.release_tile(t);
+  for (uint32_t i = 0; i < fetchedCount_; ++i)
+    if (fetched_[i].handle) cache_.release_tile(fetched_[i].handle);
 }
 
 void TileTable::giveBack(Tile& t) {
@@ -115,9 +125,9 @@ void TileTable::giveBack(Tile& t) {
   t = Tile();
 }
 
-// Tiles go in turn, those of this block excepted, until a quarter of the room is free.
-void TileTable::makeRoom() {
-  for (uint32_t k = 0; k < kSets && bytes_ > mostBytes_ / 4 * 3; ++k) {
+// Tiles go in turn, those of this block excepted, until no more than that many bytes are held.
+void TileTable::makeRoom(uint64_t left) {
+  for (uint32_t k = 0; k < kSets && bytes_ > left; ++k) {
     hand_ = (hand_ + 1) % kSets;
     for (uint32_t way = 0; way < kWays; ++way) {
       Tile& t = tiles_[hand_ * kWays + way];
@@ -126,11 +136,43 @@ void TileTable::makeRoom() {
   }
 }
 
+TileTable::Tile& TileTable::put(const Tile& tile, Tile& place) {
+  if (place.handle) giveBack(place);
+  if (bytes_ > mostBytes_) makeRoom(mostBytes_ / 4 * 3);
+  place = tile;
+  place.used = block_;
+  bytes_ += tile.bytes;
+  return place;
+}
+
+// The cache keeps a tile that it could not read, and hands it out the next time: no lookup asks for the file again.
+void TileTable::markBroken(const Pyramid& p) { std::atomic_ref(p.isBroken).store(true, std::memory_order_relaxed); }
+
+bool TileTable::describe(Tile& tile, const Pyramid& p, uint64_t place, OIIO::ImageCache::Tile* handle) {
+  tile = Tile();
+  tile.pyramid = &p;
+  tile.place = place;
+  OIIO::TypeDesc format;
+  const char* pixels = handle ? static_cast<const char*>(cache_.tile_pixels(handle, format)) : nullptr;
+  const bool isKnown = format.basetype == OIIO::TypeDesc::UINT8 || format.basetype == OIIO::TypeDesc::UINT16 ||
+                       format.basetype == OIIO::TypeDesc::HALF || format.basetype == OIIO::TypeDesc::FLOAT;
+  if (!pixels || !isKnown) {
+    if (handle) cache_.release_tile(handle);
+    markBroken(p);
+    return false;
+  }
+  const Pyramid::Level& l = p.levels[size_t(levelOf(place))];
+  tile.handle = handle;
+  tile.pixels = pixels;
+  tile.type = format.basetype;
+  tile.stride = uint32_t(format.size()) * uint32_t(p.channels);
+  tile.bytes = tile.stride * uint32_t(l.tileWidth) * uint32_t(l.tileHeight);
+  return true;
+}
+
 const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, int tileY) {
-  const uint32_t name = uint32_t(reinterpret_cast<uintptr_t>(&p) >> 5) * 0x9E3779B1u;
-  const uint64_t place = uint64_t(level) << 56 | uint64_t(tileX) << 28 | uint64_t(tileY);
-  Tile* const set =
-      &tiles_[((name >> 16) + uint32_t(tileX) + uint32_t(tileY) * 7u + uint32_t(level) * 29u) % kSets * kWays];
+  const uint64_t place = placeOf(level, tileX, tileY);
+  Tile* const set = &tiles_[hashOf(p, level, tileX, tileY) % kSets * kWays];
   Tile* oldest = set;
   for (uint32_t way = 0; way < kWays; ++way) {
     Tile& t = set[way];
@@ -140,34 +182,99 @@ const TileTable::Tile* TileTable::find(const Pyramid& p, int level, int tileX, i
     }
     if (!t.handle || (oldest->handle && block_ - t.used > block_ - oldest->used)) oldest = &t;
   }
-  const Pyramid::Level& l = p.levels[size_t(level)];
-  OIIO::ImageCache::Tile* handle =
-      cache_.get_tile(level == 0 ? p.finest : p.coarse, thread_, 0, level == 0 ? 0 : level - p.apart,
-                      tileX * l.tileWidth, tileY * l.tileHeight, 0);
-  OIIO::TypeDesc format;
-  const char* pixels = handle ? static_cast<const char*>(cache_.tile_pixels(handle, format)) : nullptr;
-  const bool isKnown = format.basetype == OIIO::TypeDesc::UINT8 || format.basetype == OIIO::TypeDesc::UINT16 ||
-                       format.basetype == OIIO::TypeDesc::HALF || format.basetype == OIIO::TypeDesc::FLOAT;
-  if (!pixels || !isKnown) {
-    if (handle) cache_.release_tile(handle);
-    // the cache keeps a tile that it could not read, and hands it out the next time: the file goes the other way for
-    // good
-    std::atomic_ref(p.isBroken).store(true, std::memory_order_relaxed);
-    return nullptr;
+  return lacking(p, place, *oldest);
+}
+
+const TileTable::Tile* TileTable::lacking(const Pyramid& p, uint64_t place, Tile& oldest) {
+  if (when_ != When::Now) {
+    // stands for it: reads as 0, and the lookup is taken back
+    static constexpr Tile kAwaited{};
+    isAwaiting_ = true;
+    want(p, place);
+    return &kAwaited;
   }
-  Tile& t = *oldest;
-  if (t.handle) giveBack(t);
-  if (bytes_ > mostBytes_) makeRoom();
-  t.handle = handle;
-  t.pixels = pixels;
-  t.type = format.basetype;
-  t.stride = uint32_t(format.size()) * uint32_t(p.channels);
-  t.bytes = t.stride * uint32_t(l.tileWidth) * uint32_t(l.tileHeight);
-  t.used = block_;
-  t.pyramid = &p;
-  t.place = place;
-  bytes_ += t.bytes;
-  return &t;
+  if (const Tile* const t = fetchedAt(p, place)) return t->handle ? t : nullptr;
+  TileRead one = readOf(p, place);
+  read(&one, 1);
+  Tile tile;
+  return describe(tile, p, place, one.tile) ? &put(tile, oldest) : nullptr;
+}
+
+void TileTable::read(TileRead* reads, uint32_t count) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  readers_.read(reads, count, thread_, why_);
+  constexpr uint32_t kAveraged = 32;
+  const float each = std::chrono::duration<float, std::micro>(Clock::now() - start).count() / float(count);
+  lag_ += (each - lag_) * (float(std::min(count, kAveraged)) / float(kAveraged));
+}
+
+TileRead TileTable::readOf(const Pyramid& p, uint64_t place) {
+  const int level = levelOf(place);
+  const Pyramid::Level& l = p.levels[size_t(level)];
+  TileRead read;
+  read.file = level == 0 ? p.finest : p.coarse;
+  read.level = level == 0 ? 0 : level - p.apart;
+  read.x = tileXOf(place) * l.tileWidth;
+  read.y = tileYOf(place) * l.tileHeight;
+  return read;
+}
+
+const TileTable::Tile* TileTable::fetchedAt(const Pyramid& p, uint64_t place) const {
+  const auto isBefore = [](const Tile& a, const Wanted& b) {
+    return a.pyramid == b.pyramid ? a.place < b.place : std::less<>()(a.pyramid, b.pyramid);
+  };
+  const Tile* const end = fetched_ + fetchedCount_;
+  const Tile* const t = std::lower_bound(fetched_, end, Wanted{&p, place}, isBefore);
+  return t != end && t->pyramid == &p && t->place == place ? t : nullptr;
+}
+
+void TileTable::want(const Pyramid& p, uint64_t place) {
+  uint32_t at = uint32_t((place ^ reinterpret_cast<uintptr_t>(&p)) * 0x9E3779B97F4A7C15u >> (64 - kSlotBits));
+  for (; slots_[at]; at = (at + 1) % kSlots)
+    if (const Wanted& w = wanted_[slots_[at] - 1]; w.place == place && w.pyramid == &p) return;
+  const Pyramid::Level& l = p.levels[size_t(levelOf(place))];
+  const uint64_t bytes = uint64_t(p.texelBytes) * uint64_t(l.tileWidth) * uint64_t(l.tileHeight);
+  if (wantedCount_ == kMostWanted || wantedBytes_ + bytes > mostBytes_ / 2) {
+    isCrowded_ = true;
+    return;
+  }
+  wanted_[wantedCount_++] = {&p, place};
+  wantedBytes_ += bytes;
+  slots_[at] = uint16_t(wantedCount_);
+}
+
+void TileTable::fetch() {
+  if (!wantedCount_) return;
+  std::sort(wanted_, wanted_ + wantedCount_, [](const Wanted& a, const Wanted& b) {
+    return a.pyramid == b.pyramid ? a.place < b.place : std::less<>()(a.pyramid, b.pyramid);
+  });
+  if (bytes_ + wantedBytes_ > mostBytes_) makeRoom(mostBytes_ - wantedBytes_);
+  for (uint32_t i = 0; i < wantedCount_; ++i) {
+    const auto& [p, place] = wanted_[i];
+    reads_[i] = readOf(*p, place);
+    reads_[i].isWithPrevious = p->isStrips && i > 0 && wanted_[i - 1].pyramid == p;
+  }
+  read(reads_, wantedCount_);
+  for (uint32_t i = 0; i < wantedCount_; ++i)
+    describe(fetched_[i], *wanted_[i].pyramid, wanted_[i].place, reads_[i].tile);
+  fetchedCount_ = wantedCount_;
+}
+
+void TileTable::settle() {
+  for (uint32_t i = 0; i < fetchedCount_; ++i) {
+    const Tile& t = fetched_[i];
+    if (!t.handle) continue;
+    Tile* const set =
+        &tiles_[hashOf(*t.pyramid, levelOf(t.place), tileXOf(t.place), tileYOf(t.place)) % kSets * kWays];
+    const auto age = [&](const Tile& x) { return x.handle ? block_ - x.used : ~0u; };
+    put(t, *std::max_element(set, set + kWays, [&](const Tile& a, const Tile& b) { return age(a) < age(b); }));
+  }
+  if (wantedCount_) std::memset(slots_, 0, sizeof slots_);
+  wantedCount_ = fetchedCount_ = 0;
+  wantedBytes_ = 0;
+  isCrowded_ = false;
+  if (!leaving_.empty()) endBlock();
 }
 
 inline uint32_t TileTable::offsetOf(const Tile& tile, uint32_t at, const LookupKind& kind) {
@@ -275,20 +382,23 @@ TileTable::LevelMix TileTable::mixOf(const Pyramid& p, const LookupKind& kind, f
   return {level, blend};
 }
 
-bool TileTable::ask(const Pyramid& p, const LookupKind& kind, LevelMix mix, float s, float t) {
-  if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return false;
+TileTable::Reply TileTable::ask(const Pyramid& p, const LookupKind& kind, LevelMix mix, float s, float t, When when) {
+  if (std::atomic_ref(p.isBroken).load(std::memory_order_relaxed)) return Reply::Unreadable;
   const auto [level, blend] = mix;
   Tap* const taps = &taps_[2 * asked_];
   const uint32_t ends = ends_;
   const bool isCubic = kind.isCubic && level == 0;
+  when_ = when;
+  isAwaiting_ = when == When::Never;
   const bool isThere = isCubic ? cubicTap(p, kind, s, t, cubic_[asked_]) : tap(p, kind, level, s, t, taps[0]);
-  if (!isThere || (blend > 0 && !tap(p, kind, level + 1, s, t, taps[1]))) {
+  const bool isReadable = isThere && (blend <= 0 || tap(p, kind, level + 1, s, t, taps[1]));
+  if (!isReadable || isAwaiting_) {
     ends_ = ends;
-    return false;
+    return isReadable ? Reply::Awaited : Reply::Unreadable;
   }
   isCubic_[asked_] = isCubic;
   blend_[asked_++] = blend;
-  return true;
+  return Reply::Taken;
 }
 
 void TileTable::answer(float (*out)[4]) {

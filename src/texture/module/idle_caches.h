@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "texture/module/pyramid_input.h"
+#include "texture/module/reader_pool.h"
 
 namespace kinora::texture {
 
@@ -16,13 +17,14 @@ namespace kinora::texture {
 struct LentCache {
   OIIO::TextureSystem* cache = nullptr;
   texture::LevelMaker::Lent threads;  // the library cannot count once one of them was destroyed
+  ReadPace* pace = nullptr;           // of the files that the cache knows, so that it stays, too
 };
 class IdleCaches {
  public:
   static LentCache take() {
     const std::lock_guard lock(mutex());
     std::vector<LentCache>& list = idle();
-    if (list.empty()) return {OIIO::TextureSystem::create(false), {}};
+    if (list.empty()) return {OIIO::TextureSystem::create(false), {}, new ReadPace};
     LentCache lent = std::move(list.back());
     list.pop_back();
     return lent;
@@ -30,6 +32,8 @@ class IdleCaches {
   static void giveBack(LentCache lent) {
     lent.cache->invalidate_all(true);  // files are looked at anew
     lent.cache->reset_stats();
+    lent.pace->delay = 0;
+    lent.pace->waited = 0;
     const std::lock_guard lock(mutex());
     idle().push_back(std::move(lent));
   }

@@ -23,6 +23,7 @@
 #include "texture/module/idle_caches.h"
 #include "texture/module/srgb_input.h"
 #include "texture/module/texture_files.h"
+#include "texture/module/tile_readers.h"
 #include "texture/texture_store.h"
 
 namespace kinora::texture {
@@ -33,15 +34,14 @@ using Cache = OIIO::TextureSystem;
 // One image file in the cache; twice when it is also asked for decoded.
 struct Source {
   FileFacts facts;
-  Cache::TextureHandle* plain = nullptr;
-  std::atomic<Cache::TextureHandle*> decoded{nullptr};
+  std::atomic<Cache::TextureHandle*> plain{nullptr}, decoded{nullptr};  // null until looked up
   // either with levels that the file has not, for OpenImageIO's call
   std::atomic<Cache::TextureHandle*> withLevels[2] = {nullptr, nullptr};
   TextureOpt::Wrap wrapS = TextureOpt::WrapPeriodic, wrapT = TextureOpt::WrapPeriodic;
   // levels of either, for group lookups; null until asked for, one without levels when OpenImageIO's call serves it
   std::atomic<const texture::Pyramid*> plainLevels{nullptr}, decodedLevels{nullptr};
   std::unique_ptr<texture::Pyramid> held[2];
-  std::mutex making;  // of their files
+  std::mutex making;  // of their files, and of the entries above
   std::atomic<bool> complained{false};
   SourcePos pos;
   std::string object;
@@ -76,6 +76,10 @@ class OpenTextures final : public TextureStore {
   void setCacheLimit(uint64_t bytes) override {
     cache->attribute("max_memory_MB", float(std::max(double(bytes) / 1048576.0, 16.0)));
     tileBytes = std::clamp(bytes / 64, uint64_t(1) << 18, uint64_t(1) << 24);
+  }
+  void setReading(TextureReading reading) override {
+    pace.delay = reading.delay;
+    readers->setWay(reading.way);
   }
   int handle(const std::string& file, const TextureRequest& request) override;
   void lookup(const int32_t* handles, bool varying, uint32_t n, const float* s, const float* t, const float* radius,
@@ -122,7 +126,8 @@ class OpenTextures final : public TextureStore {
   }
 
   // Lookups: texture_lookup.cpp.
-  // The decoded twin of a file, made on first use.
+  // The cache's entry of a file, or of its decoded twin, made on first use.
+  Cache::TextureHandle* plain(Source& s);
   Cache::TextureHandle* decoded(Source& s);
   // The entry for OpenImageIO's call where some part of the file may be without levels.
   Cache::TextureHandle* withLevels(Source& s, bool linearize);
@@ -141,12 +146,13 @@ class OpenTextures final : public TextureStore {
   };
   void bind(Bound& b, Source* s, const TextureOptions& o, const Part& part, bool atlas,
             OIIO::ImageCache::Perthread* thread);
-  void complain(Source& s);
+  void complain(Source& s, std::string why);
   void complainOfHole(Atlas& a);
   // What a thread keeps from one group to the next.
   struct OfThread {
     std::unique_ptr<texture::TileTable> tiles;
     std::vector<uint32_t> order;
+    std::vector<uint32_t> later;  // points whose tiles are to be read first
   };
   // Points of one file together, or nearly: what holds for them, and their tiles, are found once.
   static void sortByFile(OfThread& own, const int32_t* handles, bool varying, uint32_t n);
@@ -157,7 +163,9 @@ class OpenTextures final : public TextureStore {
   Diagnostics& diagnostics;
   FileContents* contents;
   Cache* cache;
+  ReadPace& pace;
   std::unique_ptr<texture::LevelMaker> levels;
+  std::unique_ptr<texture::TileReaders> readers;
   std::mutex mutex;  // files, names
   std::vector<std::string> searchPath;
   std::string levelFolder;

@@ -68,9 +68,20 @@ bool isSimple(TextureOpt::Wrap w, texture::Wrap& out) {
 
 }  // namespace
 
+Cache::TextureHandle* OpenTextures::plain(Source& s) {
+  if (Cache::TextureHandle* h = s.plain.load(std::memory_order_acquire)) return h;
+  const std::lock_guard one(s.making);
+  if (Cache::TextureHandle* h = s.plain.load(std::memory_order_acquire)) return h;
+  const OIIO::ustring name(s.facts.path);
+  addPooledFile(*cache->imagecache(), name, pace, false);
+  Cache::TextureHandle* h = cache->get_texture_handle(name);
+  s.plain.store(h, std::memory_order_release);
+  return h;
+}
+
 Cache::TextureHandle* OpenTextures::decoded(Source& s) {
   if (Cache::TextureHandle* h = s.decoded.load(std::memory_order_acquire)) return h;
-  std::lock_guard lock(mutex);
+  const std::lock_guard one(s.making);
   if (Cache::TextureHandle* h = s.decoded.load(std::memory_order_acquire)) return h;
   // TIFF does not record that colours are light, so that the type of the numbers is all there is to judge by
   if (s.facts.format.is_floating_point() && !image::Colors::ofEnvironment().isManaged())
@@ -81,7 +92,7 @@ Cache::TextureHandle* OpenTextures::decoded(Source& s) {
   const OIIO::ustring name(texture::kSrgbPrefix + s.facts.path);
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);
-  cache->imagecache()->add_file(name, texture::createSrgbInput, &config);
+  addPooledFile(*cache->imagecache(), name, pace, true, config);
   Cache::TextureHandle* h = cache->get_texture_handle(name);
   s.decoded.store(h, std::memory_order_release);
   return h;
@@ -106,6 +117,9 @@ bool OpenTextures::describeKept(texture::Pyramid& p, const Source& s, const std:
   std::string why;
   try {
     why = texture::keepLevels(images, thread, folder, s.facts.path, finest, coarse, files);
+    if (why.empty())
+      for (const std::string& file : {files.finest, files.coarser})
+        addPooledFile(images, OIIO::ustring(file), pace, false);
     if (why.empty() && p.describe(images, thread, OIIO::ustring(files.finest), OIIO::ustring(files.coarser), true))
       return true;
     if (why.empty()) why = firstLine(images.geterror());
@@ -145,7 +159,7 @@ const texture::Pyramid& OpenTextures::levelsOf(Source& s, bool linearize, OIIO::
 void OpenTextures::bind(Bound& b, Source* s, const TextureOptions& o, const Part& part, bool atlas,
                         OIIO::ImageCache::Perthread* thread) {
   b.source = s;
-  b.handle = o.linearize ? decoded(*s) : s->plain;
+  b.handle = o.linearize ? decoded(*s) : plain(*s);
   const int available = s->facts.channels - std::max(o.firstChannel, 0);
   b.channels = std::clamp(available, 0, 4);
   b.opt.firstchannel = std::max(o.firstChannel, 0);
@@ -181,8 +195,9 @@ void OpenTextures::bind(Bound& b, Source* s, const TextureOptions& o, const Part
                         "lookups give the missing colour");
 }
 
-void OpenTextures::complain(Source& s) {
-  std::string why = firstLine(cache->geterror());
+void OpenTextures::complain(Source& s, std::string why) {
+  why = firstLine(std::move(why));
+  if (why.empty()) why = firstLine(cache->geterror());
   if (why.empty()) why = firstLine(cache->imagecache()->geterror());
   if (s.complained.exchange(true)) return;
   diagnostics.warning(
@@ -221,7 +236,7 @@ void OpenTextures::lookup(const int32_t* handles, bool varying, uint32_t n, cons
   OIIO::ImageCache& images = *cache->imagecache();
   OIIO::ImageCache::Perthread* imageThread = images.get_perthread_info();
   OfThread& own = threads.local();
-  if (!own.tiles) own.tiles = std::make_unique<texture::TileTable>(images);
+  if (!own.tiles) own.tiles = std::make_unique<texture::TileTable>(images, *readers);
   texture::TileTable& tiles = *own.tiles;
   tiles.enter(imageThread, tileBytes);
   sortByFile(own, handles, varying, n);
@@ -252,10 +267,14 @@ void OpenTextures::lookup(const int32_t* handles, bool varying, uint32_t n, cons
     tiles.answer(texels);
     for (uint32_t k = 0; k < count; ++k) put(askers[k], texels[k]);
   };
+  using Reply = TileTable::Reply;
+  using When = TileTable::When;
   const Entry* entry = nullptr;
   int32_t handle = kNoTexture;
   const size_t known = entries.size();
-  for (const uint32_t i : own.order) {
+  // False when the point is to be looked up once more, with the tiles that it lacks: all of it, so that its probes
+  // are added in their order.
+  const auto lookUp = [&](uint32_t i, When when) {
     if (const int32_t h = handles[varying ? i : 0]; h != handle) {
       handle = h;
       entry = h >= 0 && size_t(h) < known ? &entries[size_t(h)] : nullptr;
@@ -296,27 +315,62 @@ void OpenTextures::lookup(const int32_t* handles, bool varying, uint32_t n, cons
           if (bound.levels) {
             if (tiles.isFull()) answer();
             askers[tiles.asked()] = from;
-            found = tiles.ask(*bound.levels, bound.kind, mix, xs, yt);
+            const Reply reply = tiles.ask(*bound.levels, bound.kind, mix, xs, yt, when);
+            if (reply == Reply::Awaited) when = When::Never;  // which tiles its other probes lack
+            found = reply != Reply::Unreadable;
           } else {
             float texel[4];
             found = cache->texture(bound.handle, thread, bound.opt, xs, yt, r, 0.f, 0.f, r, bound.channels, texel);
             if (found) put(from, texel);
           }
         }
+        if (found && when == When::Never) return false;
         if (!found) {
-          complain(*source);
+          complain(*source, tiles.reason());
           if (tiles.asked()) answer();  // probes of this point that could be read
         }
       }
     }
-    if (found) continue;
+    if (found) return true;
     ++missing;
     float color[3];
     missingColor.at(s[i], t[i], safeRadius(radius[i], o.blur), color);
     for (int c = 0; c < 3; ++c) rgba[c][i] = color[c];
     rgba[3][i] = o.missingAlpha;
+    return true;
+  };
+  own.later.clear();
+  own.later.reserve(n);
+  const TextureReading::Way way = readers->way();
+  const bool isGathered = way == TextureReading::Measured ? tiles.isLagging() : way != TextureReading::OneByOne;
+  const When first = isGathered ? When::Later : When::Now;
+  const uint32_t *at = own.order.data(), *const last = at + n, *end = last, *resumed = at;
+  // through the points, and before the end, or where tiles crowd, through those that were put aside
+  for (When when = first;;) {
+    while (at < end) {
+      const uint32_t i = *at++;
+      if (lookUp(i, when)) continue;
+      own.later.push_back(i);
+      if (tiles.isCrowded()) break;
+    }
+    if (tiles.asked()) answer();
+    if (!own.later.empty() && when != When::Now) {
+      tiles.fetch();
+      resumed = at;
+      at = own.later.data();
+      end = at + own.later.size();
+      when = When::Now;
+    } else if (resumed < last && when != first) {
+      tiles.settle();
+      own.later.clear();
+      at = resumed;
+      end = last;
+      when = first;
+    } else {
+      break;
+    }
   }
-  if (tiles.asked()) answer();
+  tiles.settle();
   lookups.fetch_add(n, std::memory_order_relaxed);
   if (missing) missingLookups.fetch_add(missing, std::memory_order_relaxed);
 }

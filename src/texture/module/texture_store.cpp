@@ -2,6 +2,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "image/picture_library.h"
 #include "texture/module/open_textures.h"
@@ -19,7 +20,9 @@ OpenTextures::OpenTextures(Diagnostics& d, FileContents* c, LentCache lent)
     : diagnostics(d),
       contents(c),
       cache(lent.cache),
-      levels(std::make_unique<texture::LevelMaker>(*cache->imagecache(), std::move(lent.threads))) {
+      pace(*lent.pace),
+      levels(std::make_unique<texture::LevelMaker>(*cache->imagecache(), std::move(lent.threads))),
+      readers(std::make_unique<texture::TileReaders>(*levels, pace)) {
   cache->attribute("autotile", 64);
   // the library's coarse levels are points of the finer ones where sides are odd: PyramidInput makes them
   cache->attribute("automip", 0);
@@ -36,7 +39,8 @@ OpenTextures::OpenTextures(Diagnostics& d, FileContents* c, LentCache lent)
 
 OpenTextures::~OpenTextures() {
   threads.clear();
-  IdleCaches::giveBack({cache, levels->handOver()});
+  readers.reset();
+  IdleCaches::giveBack({cache, levels->handOver(), &pace});
 }
 
 Source* OpenTextures::open(const std::string& path, const TextureRequest& request, std::string& why) {
@@ -48,11 +52,6 @@ Source* OpenTextures::open(const std::string& path, const TextureRequest& reques
   source->facts = facts;
   source->pos = request.pos;
   source->object = request.object;
-  source->plain = cache->get_texture_handle(OIIO::ustring(path));
-  if (!source->plain || !cache->good(source->plain)) {
-    why = "it cannot be opened (" + firstLine(cache->geterror()) + ")";
-    return nullptr;
-  }
   TextureOpt::Wrap s = TextureOpt::WrapDefault, t = TextureOpt::WrapDefault;
   TextureOpt::parse_wrapmodes(facts.wrap.c_str(), s, t);
   if (s != TextureOpt::WrapDefault) source->wrapS = s;
@@ -177,6 +176,10 @@ bool OpenTextures::fact(const std::string& path, const std::string& name, int co
                         std::string* text) {
   const OIIO::ustring what(name == "type" ? "texturetype" : name);
   OIIO::ustring file(path);
+  // the cache keeps how it came to know a file first
+  std::error_code ec;
+  if (std::filesystem::is_regular_file(path, ec))
+    addPooledFile(*cache->imagecache(), OIIO::ustring(path), pace, false);
   // averages are the coarsest level's
   FileFacts facts;
   if ((name == "averagecolor" || name == "averagealpha") && texture::examine(path, facts).empty() && !facts.mipMapped)
@@ -210,7 +213,8 @@ void OpenTextures::addReadings(const Source& s, TextureStatistics& r) {
   TextureStatistics::File file{s.facts.path};
   OIIO::ImageCache& images = *cache->imagecache();
   for (const bool isDecoded : {false, true}) {
-    if (isDecoded && !s.decoded.load(std::memory_order_acquire)) continue;
+    // a question about one that was not looked up would open it
+    if (!(isDecoded ? s.decoded : s.plain).load(std::memory_order_acquire)) continue;
     const OIIO::ustring name(nameInCache(s, isDecoded));
     const auto number = [&](const char* what) {
       long long v = 0;
