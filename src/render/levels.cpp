@@ -34,6 +34,11 @@ constexpr float kRadiiOfPixel = 1.41421356f;
 // At an eighth no difference is measured from rays that all see the finest level.
 constexpr float kMostSpread = 0.125f;
 
+// Rays look into all patches whose boxes they meet. Where a bound makes these so many times as large as the patches, and
+// there are no more micropolygons than this, all are diced once to find out where they are.
+constexpr double kMostOverlap = 4;
+constexpr double kMostDicedForBoxes = 64e6;
+
 // A box whose faces all move by a distance has corners that move by 1.73 times that: what meets at an angle is moved as
 // one, and may go so many times farther than a bound says.
 constexpr double kMostAtJoint = 2;
@@ -160,6 +165,11 @@ LevelledSurface::Box LevelledSurface::boxOf(uint32_t patch) const {
 // Every resolution lies within the finest one's box.
 void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
   boxes_.resize(size_t(patches_->count()) * keys_);
+  const auto areaOf = [](const Imath::Box3d& box) {
+    const V3d s = box.size();
+    return s.x * s.y + s.y * s.z + s.z * s.x;
+  };
+  double areas = 0, wideAreas = 0, micropolygons = 0;
   const auto set = [&](uint32_t patch, uint32_t key, const Imath::Box3d& box) {
     const V3d size = box.size();
     double most = 0;
@@ -178,13 +188,17 @@ void LevelledSurface::findBounds(const std::atomic<bool>* stop) {
       for (uint32_t key = 0; key < keys_; ++key) {
         Imath::Box3d box;
         for (int k = 0; k < 4; ++k) box.extendBy(cornerAt(p, k, key));
+        areas += areaOf(box);
         box.min -= V3d(most);
         box.max += V3d(most);
+        wideAreas += areaOf(box);
         set(p, key, box);
       }
+      micropolygons += std::ldexp(double(keys_), patches_->eu(p) + patches_->ev(p));
     }
-    return;
+    if (wideAreas <= kMostOverlap * areas || micropolygons > kMostDicedForBoxes) return;
   }
+  areBoxesTight_ = true;
   // a thread that waits here must not begin another surface: their memory would add up
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_for(uint32_t(0), patches_->count(), [&](uint32_t p) {
@@ -639,6 +653,14 @@ LevelledSurface::Edges LevelledSurface::edgesOf(uint32_t patch, const trace::Mom
     out.size[k] = edge.size;
     out.exponent[k] = edge.exponent;
   }
+  out.least = std::min(std::min(out.size[0], out.size[1]), std::min(out.size[2], out.size[3]));
+  out.largest = std::max(std::max(out.size[0], out.size[1]), std::max(out.size[2], out.size[3]));
+  out.across = 0;
+  for (int k = 1; k < 4; ++k) {
+    V3f way;
+    for (int i = 0; i < 3; ++i) way[i] = out.middle[i][k] - out.middle[i][0];
+    out.across = std::max(out.across, way.length());
+  }
   return out;
 }
 
@@ -657,16 +679,20 @@ LevelledSurface::Choice LevelledSurface::choose(uint32_t patch, const trace::Use
     const float d = std::max(0.f, std::max(box[k] - ray.o[k], ray.o[k] - box[3 + k]));
     d2 += d * d;
   }
-  const float* const size = edges.size;
-  const float largest = std::max(std::max(size[0], size[1]), std::max(size[2], size[3]));
-  c.level = coarser(ray.radius + growth * std::sqrt(d2), largest);
+  c.level = coarser(ray.radius + growth * std::sqrt(d2), edges.largest);
   if (c.level == 0 && growth == 0) return c;
+  const float* const size = edges.size;
   float far2[4] = {}, footprint[4];
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 4; ++k) {
       const float d = edges.middle[i][k] - ray.o[i];
       far2[k] += d * d;
     }
+  // most rays of the camera see the finest grid along all edges: no footprint is larger than this, rounding included
+  if (coarser(1.0001f * (ray.radius + growth * (std::sqrt(far2[0]) + edges.across)), edges.least) == 0) {
+    c.level = 0;
+    return c;
+  }
   for (int k = 0; k < 4; ++k) footprint[k] = ray.radius + growth * std::max(0.f, std::sqrt(far2[k]) - edges.reach[k]);
   for (size_t k = 0; k < 4; ++k) {
     const int level = coarser(footprint[k], size[k]);
@@ -681,7 +707,7 @@ bool LevelledSurface::intersect(uint32_t patch, const trace::UserRay& ray, trace
   const trace::GridRay gridRay(ray.o, ray.d, ray.tMin, ray.tMax, ray.time);
   // boxes that were made in advance are often far larger than what is in them: most rays end here
   const bool isKnown = outlineStates_[patch].load(std::memory_order_acquire) == kKnown;
-  if (isKnown && !outlines_[patch].mayMeet(gridRay)) return false;
+  if (isKnown && !areBoxesTight_ && !outlines_[patch].mayMeet(gridRay)) return false;
   Choice c = choose(patch, ray);
   c.level = std::min(c.level, std::max(patches_->eu(patch), patches_->ev(patch)));
   trace::GridHit h;

@@ -76,6 +76,8 @@ class LevelledSurface final : public trace::UserGeometry {
   // What of a patch's edges rays choose by: middles, by axis, half the ways from end to end, steps at the finest rate.
   struct Edges {
     float middle[3][4], reach[4], size[4];
+    float least, largest;  // of sizes
+    float across;          // from the first middle to the farthest other one
     std::array<uint8_t, 4> exponent;
   };
   Edges edgesOf(uint32_t patch, const trace::Moment& at) const;
@@ -116,8 +118,9 @@ class LevelledSurface final : public trace::UserGeometry {
   std::shared_ptr<const geometry::Patches> patches_;
   const geometry::Primvar* normals_;
   uint32_t keys_;
-  std::vector<Box> boxes_;    // by patch and key
-  std::vector<Edges> edges_;  // by patch; empty where the surface deforms
+  std::vector<Box> boxes_;      // by patch and key
+  bool areBoxesTight_ = false;  // around the points, not what a bound allows
+  std::vector<Edges> edges_;    // by patch; empty where the surface deforms
   // By patch, as the finest grid has it; its state says whether that was diced yet.
   mutable std::vector<trace::GridOutline> outlines_;
   mutable std::vector<std::atomic<uint8_t>> outlineStates_;

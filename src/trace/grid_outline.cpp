@@ -33,15 +33,16 @@ void GridOutline::set(int eu, int ev, const Imath::V3f* points, const std::array
       upper_[k][b] = uint8_t(std::clamp(std::ceil((upper - box[k]) * scale), 0.f, kParts));
     }
   }
+  largest_ = largestOf(all_);
 }
 
-bool GridOutline::mayMeet(const GridRay& ray) const { return meetsBox(ray, all_, 2 * slackOf(ray, all_)); }
+bool GridOutline::mayMeet(const GridRay& ray) const { return meetsBox(ray, all_, 2 * slackOf(ray, largest_)); }
 
 bool GridOutline::mayMeetFine(const std::array<float, 6>& box, const GridRay& ray) const {
   float near[kBoxes], far[kBoxes];
   std::fill_n(near, kBoxes, ray.tMin);
   std::fill_n(far, kBoxes, ray.tMax);
-  const float slack = 2 * slackOf(ray, box.data());  // twice that of the tests of tessellations
+  const float slack = 2 * slackOf(ray, largestOf(box.data()));  // twice that of the tests of tessellations
   for (size_t k = 0; k < 3; ++k) {
     const float part = (box[3 + k] - box[k]) / kParts, from = box[k] - ray.o[k], inverse = ray.inverse[k];
     const float outward = std::copysign(slack, inverse);

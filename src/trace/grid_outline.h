@@ -25,7 +25,7 @@ class GridOutline {
 
  private:
   static constexpr int kBoxes = 16;
-  float all_[6];                                 // around all points: lower, then upper
+  float all_[6], largest_;                       // around all points: lower, then upper; largestOf() that
   uint8_t lower_[3][kBoxes], upper_[3][kBoxes];  // of 255 parts of the box, by axis
 };
 

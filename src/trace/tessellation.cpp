@@ -62,14 +62,13 @@ bool meetsBox(const GridRay& r, const float box[6], float slack) {
   return near <= far;
 }
 
-float slackOf(const GridRay& ray, const float box[6]) {
+float largestOf(const float box[6]) {
   float most = 0;
-  for (int k = 0; k < 3; ++k) {
-    most = std::max(most, std::max(std::fabs(box[k] - ray.o[k]), std::fabs(box[3 + k] - ray.o[k])));
-    most = std::max(most, std::max(std::fabs(box[k]), std::fabs(box[3 + k])));
-  }
-  return most * 2e-6f;
+  for (int k = 0; k < 6; ++k) most = std::max(most, std::fabs(box[k]));
+  return most;
 }
+
+float slackOf(const GridRay& ray, float largest) { return (ray.largest + largest) * 2e-6f; }
 
 GridRay::GridRay(const float origin[3], const float direction[3], float nearest, float farthest, float atTime)
     : tMin(nearest), tMax(farthest), time(atTime) {
@@ -78,6 +77,7 @@ GridRay::GridRay(const float origin[3], const float direction[3], float nearest,
     d[k] = direction[k];
     inverse[k] = 1.f / (std::fabs(d[k]) > 1e-25f ? d[k] : std::copysign(1e-25f, d[k]));
   }
+  largest = std::max(std::fabs(o[0]), std::max(std::fabs(o[1]), std::fabs(o[2])));
   kz = std::fabs(d[0]) > std::fabs(d[1]) ? (std::fabs(d[0]) > std::fabs(d[2]) ? 0 : 2)
                                          : (std::fabs(d[1]) > std::fabs(d[2]) ? 1 : 2);
   kx = (kz + 1) % 3;
@@ -166,10 +166,8 @@ void Tessellation::set(uint32_t key, const V3f* points, const V3f* normals) {
     }
     all.add(b);
   }
-  for (int k = 0; k < 3; ++k) {
-    edges_[k] = key ? std::min(edges_[k], all.lo[k]) : all.lo[k];
-    edges_[3 + k] = key ? std::max(edges_[3 + k], all.hi[k]) : all.hi[k];
-  }
+  const float edges[6] = {all.lo[0], all.lo[1], all.lo[2], all.hi[0], all.hi[1], all.hi[2]};
+  largest_ = std::max(key ? largest_ : 0.f, largestOf(edges));
 }
 
 void Tessellation::destroy(Tessellation* t) {
@@ -244,7 +242,7 @@ bool Tessellation::meetsStitches(int edge, int exponent, const Moment& moment, c
 bool Tessellation::intersect(const GridRay& ray, const std::array<uint8_t, 4>& steps, GridHit* hit) const {
   const Moment at = momentAt(ray.time, keys_);
   // boxes between two keys are rounded once more
-  const float slack = slackOf(ray, edges_) * (at.part > 0 ? 1.5f : 1.f);
+  const float slack = slackOf(ray, largest_) * (at.part > 0 ? 1.5f : 1.f);
   CellHit cell;
   cell.t = ray.tMax;
   bool any = nearestCell(GridView(*this, at), ray, slack, &cell);

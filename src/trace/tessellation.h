@@ -38,11 +38,14 @@ struct GridRay {
   int kx, ky, kz;  // axes, z the one along which the ray goes most
   float sx, sy, sz;
   float tMin, tMax, time;
+  float largest;  // coordinate of the origin, whatever its sign
 };
 
-// By how much a box (lower, then upper) is larger for a ray than it is: beyond rounding of the tests, which is that of the
-// numbers they begin with.
-float slackOf(const GridRay& ray, const float box[6]);
+// The largest of a box's numbers (lower, then upper), whatever their sign.
+float largestOf(const float box[6]);
+// By how much a box is larger for a ray than it is: beyond rounding of the tests, which is that of the numbers they begin
+// with. largest: largestOf() it.
+float slackOf(const GridRay& ray, float largest);
 // Whether the ray meets the box, larger by that.
 bool meetsBox(const GridRay& ray, const float box[6], float slack);
 
@@ -99,7 +102,8 @@ class Tessellation {
 
   uint8_t eu_, ev_, keys_;
   uint32_t keyFloats_;
-  float edgeBox_[4][6], edges_[6];  // over all keys; around all four
+  float edgeBox_[4][6];  // over all keys
+  float largest_;        // of their numbers
 };
 
 // What of a tessellation the kernel of rays reads.
