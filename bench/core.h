@@ -30,6 +30,7 @@ void measureCurves(const Options& options, Figures& figures);        // core_cur
 void measureSurface(const Options& options, Figures& figures);       // core_surface.cpp
 void measureFrames(const Options& options, Figures& figures);        // core_frames.cpp
 void measureLightPaths(const Options& options, Figures& figures);    // core_frames.cpp
+void measureLevels(const Options& options, Figures& figures);        // core_levels.cpp
 void measureTextures(const Options& options, Figures& figures);      // core_textures.cpp
 void measureTextureReads(const Options& options, Figures& figures);  // core_texture_reads.cpp
 void measureMemory(const Options& options, Figures& figures);        // core_frames.cpp

@@ -210,7 +210,7 @@ void measureMemory(const Options& options, Figures& figures) {
   const auto owned = [](const Renderer& r) {
     double sum = 0;
     for (const render::Statistics::Owner& o : r.statistics().memory)
-      if (o.name != "process (resident)") sum += double(o.bytes);
+      if (o.name != render::Statistics::kOthers) sum += double(o.bytes);
     return sum;
   };
   // what a scene costs that is nearly empty is no mesh's
@@ -227,7 +227,7 @@ void measureMemory(const Options& options, Figures& figures) {
               "bytes a triangle of a 1M mesh in all, by the owners' own counts");
   figures.add("bytes_per_triangle_resident", {grown / count}, "the same from the growth of the process");
   for (const render::Statistics::Owner& o : large->statistics().memory) {
-    if (double(o.bytes) / count < 1 || o.name == "process (resident)") continue;
+    if (double(o.bytes) / count < 1 || o.name == render::Statistics::kOthers) continue;
     std::string name = o.name.substr(0, o.name.find(" ("));
     for (char& c : name)
       if (c == ' ') c = '_';

@@ -18,7 +18,6 @@ double seconds(clockid_t clock) {
 }  // namespace
 
 double wallSeconds() { return seconds(CLOCK_MONOTONIC); }
-double threadSeconds() { return seconds(CLOCK_THREAD_CPUTIME_ID); }
 double processSeconds() { return seconds(CLOCK_PROCESS_CPUTIME_ID); }
 
 double median(std::vector<double> v) {

@@ -5,12 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "base/elapsed.h"
+
 namespace kinora::bench {
 
 // Seconds of a monotonic clock, and of this thread's and this process' CPU time: what other work on the machine takes
 // from a single-threaded measure shows in the first only.
 double wallSeconds();
-double threadSeconds();
+using kinora::threadSeconds;
 double processSeconds();
 
 double median(std::vector<double> v);  // 0 when empty

@@ -51,6 +51,9 @@ constexpr Group kCore[] = {
      "frame_width_gain, frame_width_gain_textures: whole frames at width 1 against the best width; threads_2: one "
      "thread "
      "against two"},
+    {"levels", &measureLevels,
+     "dicing_*: millions of micropolygons that a core dices in a second; levels_vs_mesh_*: rays on surfaces that are "
+     "diced where rays ask against the same as a mesh of Embree's"},
     {"light_paths", &measureLightPaths, "lpe_cost_12: what 12 light path channels add to a frame's CPU time"},
     {"textures", &measureTextures,
      "texture_vs_oiio: trilinear lookups of groups of 256 points against OpenImageIO's own call, in cache; "

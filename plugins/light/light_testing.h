@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -194,12 +195,13 @@ class TestLight {
   std::vector<std::string> warnings;
   std::string error;
   uint32_t width = 16;
-  float worldRadius = 10, time = 0;  // time: of all that is asked
+  float worldRadius = 10;
+  std::optional<float> time;  // of all that is asked; none: each row has its own
   Vec worldCenter{0, 0, 0};
 
  private:
   const float* timeOf(Rays& r) const {
-    std::fill(r.a[23].begin(), r.a[23].end(), time);
+    if (time) std::fill(r.a[23].begin(), r.a[23].end(), *time);
     return r.a[23].data();
   }
   const Descriptor* d_ = nullptr;

@@ -117,7 +117,9 @@ class Maker {
       if (!said.empty()) return said != "off" && said != "none";
     }
     const std::string plugin = lowerCase(light_.node->plugin);
-    if (light_.geometry || plugin.find("shadow") != std::string::npos || plugin.find("area") != std::string::npos)
+    // _rts: of ray traced shadows
+    if (light_.geometry || plugin.find("shadow") != std::string::npos || plugin.find("area") != std::string::npos ||
+        plugin.ends_with("_rts"))
       return true;
     return std::any_of(given_.begin(), given_.end(), [&](const scene::Parameter& p) {
       const std::string name = lowerCase(p.name);

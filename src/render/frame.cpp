@@ -91,7 +91,7 @@ std::vector<std::pair<int, int>> Frame::passes(int first, int last, int most) {
   while (a < last) {
     // ends on powers of two while small, so that snapshots and adaptive decisions fall on the same counts however a
     // frame is split
-    int size = a == 0 ? 1 : std::min(a, kMostSamplesOfPass);
+    int size = a == 0 ? 1 : std::min(int(std::bit_floor(uint32_t(a))), kMostSamplesOfPass);
     while (most > 0 && size > most) size /= 2;
     const int b = std::min(last, (a / size + 1) * size);
     r.emplace_back(a, b);

@@ -7,10 +7,6 @@
 
 namespace kinora::render {
 
-namespace {
-constexpr const char* kOthers = "program, libraries and others";
-}
-
 void addFrame(const Frame& frame, const film::Film& film, WorldBuilder& builder, Statistics& statistics) {
   Statistics& s = statistics;
   frame.addTo(s);
@@ -44,11 +40,11 @@ void addFrame(const Frame& frame, const film::Film& film, WorldBuilder& builder,
   own("texture cache", t.cacheBytes + t.imageBytes);
   if (s.geometry.made) own("geometry cache", s.geometry.bytes);
   // What the process holds beyond: the program's own data, buffers of libraries, freed memory that the allocator keeps.
-  own(kOthers, 0);
+  own(Statistics::kOthers, 0);
   uint64_t counted = 0;
   for (const Statistics::Owner& o : s.memory) counted += o.bytes;
   const uint64_t resident = Memory::resident();
-  own(kOthers, resident > counted ? resident - counted : 0);
+  own(Statistics::kOthers, resident > counted ? resident - counted : 0);
 }
 
 }  // namespace kinora::render

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "base/elapsed.h"
 #include "geometry/displace.h"
 #include "render/shading_floats.h"
 #include "trace/world.h"
@@ -569,7 +569,7 @@ void LevelledSurface::addNormals(uint32_t patch, int level, Workspace& w) const 
 }
 
 Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = threadSeconds();
   const ShadingFloats floats;
   Workspace& w = *workspaces_.local();
   w.begin();
@@ -585,9 +585,7 @@ Tessellation::Ptr LevelledSurface::dice(uint32_t patch, int level) const {
   if (level == 0) keepOutline(patch, w.points.data());
   Tessellation::Ptr made = Tessellation::make(eu, ev, w.points.data(), w.normals.data(), keys_);
   setup_.counters->vertices.fetch_add(shaded, std::memory_order_relaxed);
-  setup_.counters->nanoseconds.fetch_add(
-      uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count()),
-      std::memory_order_relaxed);
+  setup_.counters->nanoseconds.fetch_add(uint64_t(1e9 * (threadSeconds() - start)), std::memory_order_relaxed);
   return made;
 }
 

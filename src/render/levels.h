@@ -27,7 +27,7 @@ namespace kinora::render {
 struct LevelCounters {
   static constexpr int kLevels = 11, kKinds = 3;              // kinds of rays: camera, indirect, shadow
   std::atomic<uint64_t> micropolygons[kLevels][kKinds] = {};  // quads diced, for rays of this kind
-  std::atomic<uint64_t> nanoseconds{0}, vertices{0};          // of dicing, shading for displacement with it
+  std::atomic<uint64_t> nanoseconds{0}, vertices{0};          // CPU time of dicing, shading for displacement with it
   std::atomic<uint64_t> found{0};                             // patches that rays found diced
   std::atomic<uint64_t> passed{0};                            // and that were not, nor had to be: the ray goes by
 };

@@ -239,6 +239,10 @@ constexpr Explanation kExplanations[] = {
      "curves and points have no surface that light could leave, a displacement of which nothing could be made leaves "
      "it where it was before, and the cuts of solids are those of surfaces alone. The message says which it is and "
      "what stands in. An object that glows by its material has all of these."},
+    {"LIGHT-INDIRECT",
+     "A light has Attribute \"visibility\" \"int indirect\" [0] and says its transmission too. RenderMan's exporters "
+     "write both for every light, whatever its maker wants, and mirrors show these lights there; so they do here. To "
+     "hide a light from mirrors and clear glass say indirect without transmission."},
     {"LIGHT-NEAR",
      "The intensityNearDist of a light is negative or no finite number. It is the distance in world units below "
      "which "

@@ -83,7 +83,7 @@ struct GeometryStatistics {
   uint64_t found = 0;     // patches that rays found diced, but for some that threads have not told yet
   uint64_t passed = 0;    // patches that were not diced, since an outline of theirs says that the ray goes by
   uint64_t vertices = 0;  // shaded for displacement
-  double seconds = 0;     // of dicing, on all threads
+  double seconds = 0;     // CPU time of dicing, on all threads
   uint64_t limit = 0, bytes = 0, mostBytes = 0;  // of the cache; held at the end, and at most
   uint64_t whole = 0;  // micropolygons of all patches of the last world, at the camera's rate
 };
@@ -108,7 +108,8 @@ struct Statistics {
   double displaceSeconds = 0;                 // shading and moving them; meshes made at a time count each
   uint64_t bvhBuilds = 0, bvhPartsBuilt = 0;  // over all load() and update() calls
   GeometryStatistics geometry;
-  // memory by owner, bytes
+  // memory by owner, bytes; what the process holds beyond all others stands under kOthers
+  static constexpr const char* kOthers = "program, libraries and others";
   struct Owner {
     std::string name;
     uint64_t bytes;

@@ -365,6 +365,19 @@ std::shared_ptr<const Lights::Made> Lights::madeOf(const scene::Light& l, const 
   return now_[digest] = m;
 }
 
+// Exporters of RenderMan write visibility:indirect 0 for every light, with its transmission beside it, and chrome shows
+// these lights there (rigs for looking at materials are made so): said so it is no wish. Said without transmission it is.
+static bool isHiddenFromMirrors(const scene::Light& l, Diagnostics& diagnostics) {
+  if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) return false;
+  if (!l.attributes->named.find("visibility:transmission")) return true;
+  diagnostics.info(
+      "LIGHT-INDIRECT", l.node->pos,
+      "light '" + l.node->handle +
+          "' has visibility:indirect 0 beside a transmission, as exporters write it for all: mirrors and "
+          "clear glass show it");
+  return false;
+}
+
 Lights::Chosen Lights::choose(const scene::Scene& scene, const LightsToRender& sources, const Tools& tools,
                               Rebuilt& made) {
   const auto isMute = [](const scene::Light& l) { return l.attributes && l.attributes->getInt("lighting:mute", 0); };
@@ -407,7 +420,7 @@ Lights::Chosen Lights::choose(const scene::Scene& scene, const LightsToRender& s
     e.group = tools.paths.end(l.node->params.getString("lightGroup", ""));
     e.visibility = 0;
     if (!l.attributes || l.attributes->getInt("visibility:camera", 1)) e.visibility |= light::kLightSeenByCamera;
-    if (!l.attributes || l.attributes->getInt("visibility:indirect", 1)) e.visibility |= light::kLightSeenByMirrors;
+    if (!isHiddenFromMirrors(l, tools.diagnostics)) e.visibility |= light::kLightSeenByMirrors;
     if (l.node->params.getInt("visibleInRefractionPath", 1)) e.visibility |= light::kLightSeenByLenses;
     setShadows(*l.node, tools.shadowSets, tools.diagnostics, e);
     e.shadows.areOthers = e.castsShadow && tools.areShadowsOthers;

@@ -159,7 +159,7 @@ class Digester {
       h.word(value.line);
     } else if constexpr (std::is_same_v<T, ParameterList>) {
       addParameters(h, value, nullptr);
-    } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+    } else if constexpr (std::is_same_v<T, std::vector<std::string>> || std::is_same_v<T, LeanVector<std::string>>) {
       h.word(value.size());
       for (const std::string& one : value) addArgument(h, one);
     } else if constexpr (IsVector<T>::value || IsArray<T>::value) {

@@ -110,6 +110,7 @@ TEST(ClassicLights, ShadowsAreWhereTheOldRenderersHadThem) {
   EXPECT_NEAR(seen("Attribute \"light\" \"shadows\" \"on\"\n" + sun, ""), 0, 1e-9);
   EXPECT_NEAR(seen("LightSource \"pointlight_shadows\" 1 \"intensity\" 4 \"from\" [0 0 0]\n", ""), 0, 1e-9);
   EXPECT_NEAR(seen("LightSource \"spotlight\" 1 \"intensity\" 4 \"shadowname\" \"a.shad\"\n", ""), 0, 1e-9);
+  EXPECT_NEAR(seen("LightSource \"pointlight_rts\" 1 \"intensity\" 4 \"from\" [0 0 0]\n", ""), 0, 1e-9);
 }
 
 // What no standard light is, at one point, against the formula of what stands in (Barzel 1997 for uberlight).
@@ -383,12 +384,13 @@ TEST(Lights, OldAreaLightsAreAsVisibleAsTheirShape) {
     }
 }
 
-// A light with visibility:indirect 0 is in no mirror, and lights what it lit before.
+// A light with visibility:indirect 0 is in no mirror, and lights what it lit before. Beside a transmission, as exporters
+// say it of all lights, it is no wish.
 TEST(Lights, HiddenFromMirrors) {
-  const auto look = [](const std::string& bxdf, int visible, const char* light) {
+  const auto look = [](const std::string& bxdf, int visible, const char* light, const char* beside = "") {
     return scene("AttributeBegin Attribute \"visibility\" \"int camera\" [0] \"int indirect\" [" +
-                     std::to_string(visible) + "]\nTranslate 0 0 -1 " + light + " AttributeEnd\n" + bxdf +
-                     "Polygon \"P\" [-50 -50 1  -50 50 1  50 50 1  50 -50 1]\n",
+                     std::to_string(visible) + "]" + beside + "\nTranslate 0 0 -1 " + light + " AttributeEnd\n" +
+                     bxdf + "Polygon \"P\" [-50 -50 1  -50 50 1  50 50 1  50 -50 1]\n",
                  "", unbiased(1));
   };
   const std::string mirror =
@@ -398,6 +400,8 @@ TEST(Lights, HiddenFromMirrors) {
                             "Light \"PxrDomeLight\" \"l\" \"float intensity\" [3]"}) {
     EXPECT_NEAR(radiance(look(mirror + "0]\n", 1, light)), 3, 1e-3);
     EXPECT_EQ(radiance(look(mirror + "0]\n", 0, light)), 0);
+    for (const char* transmission : {" \"int transmission\" [0]", " \"int transmission\" [1]"})
+      EXPECT_NEAR(radiance(look(mirror + "0]\n", 0, light, transmission)), 3, 1e-3) << transmission;
     for (const std::string& bxdf : {kWhite, mirror + "0.4]\n"}) {
       RenderRequest shown, hidden;
       shown.rib = look(bxdf, 1, light);

@@ -35,6 +35,7 @@ std::vector<int> endsOf(FrameSamples samples, PassLimits limits = {}) {
 TEST(FrameSamples, PassesEndOnTheSameIndicesHoweverAFrameIsSplit) {
   EXPECT_EQ(endsOf(samplesOf(0, 40)), (std::vector<int>{1, 2, 4, 8, 16, 32, 40}));
   EXPECT_EQ(endsOf(samplesOf(4, 20)), (std::vector<int>{8, 16, 20}));
+  EXPECT_EQ(endsOf(samplesOf(12, 40)), (std::vector<int>{16, 32, 40}));
   EXPECT_EQ(endsOf(samplesOf(1, 8, 3)), (std::vector<int>{2, 5, 8}));
 }
 

@@ -181,7 +181,9 @@ TEST(PxrMeshLight, WhatDeformsIsAtEachTimeAsWhatStandsStill) {
         const float* x = body.points.data() + 3 * size_t(body.triangles[t + k]);
         return Vec{x[0], x[1], x[2]};
       };
-      const Vec normal = unit(cross(corner(1) - corner(0), corner(2) - corner(0)));
+      const Vec across = cross(corner(1) - corner(0), corner(2) - corner(0));
+      if (!(dot(across, across) > 0)) continue;  // shrunk to a line or point: it emits nothing
+      const Vec normal = unit(across);
       EXPECT_GE(dot(normal, {d.axis[0], d.axis[1], d.axis[2]}), d.cosNormals - 1e-4) << time;
     }
   }
