@@ -80,7 +80,7 @@ struct LevelledSurface::Workspace {
   std::vector<Patches::Place> request;
   std::vector<float> radius;
   std::vector<V3d> from, normal, offset, turned;
-  Corners corners{~0u, 0, {}, {}};  // of the patch that was asked last
+  Corners corners{~0u, 0, 0, {}, {}};  // of the patch that was asked last
   // The points around a grid: beyond its edges, by edge and step; of corners, two for each patch around.
   std::array<uint32_t, 4> beyond{};
   std::array<bool, 4> hasBeyond{};
@@ -291,6 +291,8 @@ const LevelledSurface::Corners& LevelledSurface::cornersOf(uint32_t patch, Works
   if (c.patch == patch && c.key == w.key) return c;
   c.patch = patch;
   c.key = w.key;
+  c.size = 0;
+  for (const uint32_t e : patches_->edgesOf(patch)) c.size += 0.25f * patches_->edge(e).size;
   for (int k = 0; k < 4; ++k) {
     c.point[k] = cornerAt(patch, k, w.key);
     c.normal[k] = normalAt(patch, k, w.key);
@@ -354,9 +356,7 @@ void LevelledSurface::addPoint(Workspace& w, const Patches::Place& place) const 
       }
     }
   } else {
-    float size = 0;
-    for (const uint32_t e : all.edgesOf(place.patch)) size += 0.25f * all.edge(e).size;
-    request(place, size);
+    request(place, cornersOf(place.patch, w).size);
     w.base.push_back(w.from.back());
   }
   w.firstRequest.push_back(uint32_t(w.request.size()));

@@ -67,6 +67,7 @@ class LevelledSurface final : public trace::UserGeometry {
   struct Workspace;
   struct Corners {  // of a patch, at a key
     uint32_t patch, key;
+    float size;  // of a step, over the edges
     Imath::V3d point[4], normal[4];
   };
   struct Choice {  // what a ray sees

@@ -92,7 +92,11 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
   const auto f = [&] { return arena_.make<float>(m); };
   const auto take = [&](const auto* from) {
     auto* x = arena_.make<std::remove_const_t<std::remove_reference_t<decltype(*from)>>>(m);
-    for (uint32_t i = 0; i < m; ++i) x[i] = from[which[std::min(i, count - 1)]];
+    if (count == n)
+      std::copy_n(from, n, x);
+    else
+      for (uint32_t i = 0; i < count; ++i) x[i] = from[which[i]];
+    std::fill(x + count, x + m, x[count - 1]);
     return x;
   };
   SurfaceArgs a{};
@@ -122,8 +126,11 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
   k.positions(a, P);
   k.facets(a, facet);
   k.normals(a, facet, normal, nullptr);
+  uint32_t linkSet = 0;
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t p = which[i];
+    if (i == 0 || a.at.instance[i] != a.at.instance[i - 1] || a.at.geometry[i] != a.at.geometry[i - 1])
+      linkSet = world_.tables.linkSetOfInfo[w.infoOf(a.at.instance[i], a.at.geometry[i])];
     float length = 0;
     for (int x = 0; x < 3; ++x) length += normal[x][i] * normal[x][i];
     length = std::sqrt(length);
@@ -144,7 +151,7 @@ uint32_t GroupState::makeVertices(uint32_t n, const SurfacePlaces& places, Verte
     r.primitive = a.at.primitive[i];
     r.seed = places.sampleSeed[p];
     r.index = places.sampleIndex[p];
-    r.linkSet = world_.tables.linkSetOfInfo[world_.world->infoOf(r.instance, r.geometry)];
+    r.linkSet = linkSet;
     r.media = MediaPool::kEmpty;
     r.how = kTraitEyePath | uint32_t(RayKind::Indirect) << 9;
     if (places.from) {

@@ -53,6 +53,19 @@ struct Placing {
   bool any = false;
   Mask<W> placed;
   HWY_ATTR Placing(const SurfaceArgs& a, uint32_t i) {
+    const trace::Instance& first = a.world->world->instance(a.at.instance[i]);
+    // one placement of all lanes that does not move is asked for once
+    if (first.keyCount < 2 && (Int<W>::load(a.at.instance + i) == Int<W>(a.at.instance[i])).all()) {
+      any = !first.baked;
+      placed = Mask<W>(any);
+      if (!any) return;
+      const trace::Affine m = a.toRender(i);
+      for (int k = 0; k < 3; ++k) {
+        for (int c = 0; c < 3; ++c) Float<W>(m.m[k][c]).store(row[k].x[c]);
+        Float<W>(m.t[k]).store(move.x[k]);
+      }
+      return;
+    }
     alignas(64) uint32_t is[W];
     for (int l = 0; l < W; ++l) {
       const bool isPlaced = !a.world->world->instance(a.at.instance[i + uint32_t(l)]).baked;
