@@ -104,6 +104,30 @@ TEST(Vcm, SameBitsOfHair) {
                  "PxrVCM");
 }
 
+// Points of fibres stand on their axes, lines of which a disk of merging holds too much or too little.
+TEST(Vcm, FibresAreNotMerged) {
+  for (const char* hair : {"PxrMarschnerHair", "LamaHairChiang"}) {
+    Workshop stage;
+    const std::string text = kShown + std::string(R"(
+Projection "orthographic"
+ScreenWindow -1 1 -1 1
+Translate 0 0 5
+WorldBegin
+AttributeBegin
+  Rotate 30 1 0 0
+  Rotate 20 0 1 0
+  Light "PxrDistantLight" "sun" "float angleExtent" [40] "float intensity" [5]
+AttributeEnd
+Bxdf ")") + hair + R"(" "hair"
+Curves "linear" [2] "nonperiodic" "P" [-3 0 0  3 0 0] "constantwidth" [1]
+WorldEnd
+)";
+    const double mean = renderAll(stage, text, pathTracer(), 1000, 8).at("Ci").mean();
+    EXPECT_GT(mean, 1e-3) << stage.said;
+    EXPECT_NEAR(renderAll(stage, text, vcm(true, true), 2000, 8).at("Ci").mean(), mean, 0.04 * mean) << hair;
+  }
+}
+
 // Light as if nothing were in its way, and what is missing of it, as in the path tracer.
 TEST(Vcm, UnshadowedChannelsAreThePathTracers) {
   std::string text = room(kSphere, kGrey);

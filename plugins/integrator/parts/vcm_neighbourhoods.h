@@ -49,6 +49,8 @@ class Neighbourhoods {
     }
     const bool isInSpace = c.traits & kTraitInSpace;
     if (!(isInSpace ? o_.mergesMedia || o_.beams : o_.merges)) return n;
+    // points of a fibre stand on its axis, a line, of which a disk holds more or less than of a surface
+    if (c.traits & kTraitFiber) return n;
     if (isInSpace) {
       MediumArgs medium{};
       for (int k = 0; k < 3; ++k) medium.extinction[k] = n.extinction[k] = c.alloc<float>(c.padded);

@@ -29,7 +29,9 @@ struct Data {
   int32_t steps = 0;           // of the binary search
   bool convex = false;         // no point of the emitting side hides another
   Double3 center;
-  double radius = 0, area = 0;
+  double radius = 0, area = 0;  // area: the mean over the keys
+  // With areaNormalize, of what deforms: `area` over that at even times over the shutter. Empty: the same at all times.
+  std::vector<float> meanOverArea;
   bool isBlack = true;
 };
 
@@ -150,6 +152,26 @@ void buildDistribution(Data& k) {
   while ((int64_t(1) << k.steps) < t.count()) ++k.steps;
 }
 
+// Radiance goes with one over the area of each time, so that the power does not.
+void findAreas(Data& k) {
+  const Triangles& t = k.triangles;
+  constexpr uint32_t kStepsOfKey = 32;
+  const uint32_t steps = (t.keyCount - 1) * kStepsOfKey;
+  for (uint32_t s = 0; s <= steps; ++s) {
+    const uint32_t key = std::min(s / kStepsOfKey, t.keyCount - 2);
+    const double part = double(s) / kStepsOfKey - key;
+    double area = 0;
+    for (uint32_t i = key * t.count(); i < (key + 1) * t.count(); ++i) {
+      const auto then = [&](const std::vector<float> e[3]) {
+        const Double3 a = get(e, i), b = get(e, i + t.count());
+        return a + (b - a) * part;
+      };
+      area += 0.5 * length(cross(then(t.e1), then(t.e2)));
+    }
+    k.meanOverArea.push_back(float(k.area / std::fmax(area, 1e-6 * k.area)));
+  }
+}
+
 std::unique_ptr<Data> make(const CreateInfo& info) {
   const NamedValues values(info, kParams.data(), kParams.size());
   LocalFrame::of(info);  // refuses placements that are not finite
@@ -165,6 +187,7 @@ std::unique_ptr<Data> make(const CreateInfo& info) {
     light->convex = isConvex(*light);
   }
   light->common = LightCommon::of(values, light->area);
+  if (light->triangles.count() && light->triangles.moves() && values.integer("areaNormalize")) findAreas(*light);
   for (int c = 0; c < 3; ++c) light->common.radiance[c] *= float(values.number("textureColor", c));
   light->shaping = Shaping::of(values, false);
   values.warnNoEffect();
@@ -265,7 +288,8 @@ KN_INLINE Int<W> find(const Data& k, Float<W> u) {
 template <int W>
 struct Facets {
   Vec3<W> v0, e1, e2, N;
-  Float<W> density;  // of points, per area
+  Float<W> density;                 // of points, per area
+  Float<W> factor = Float<W>(1.f);  // of the radiance
   KN_INLINE Facets(const Data& k, Int<W> triangle, Float<W> time) {
     using F = Float<W>;
     using I = Int<W>;
@@ -290,6 +314,11 @@ struct Facets {
     const F twice = max(length(N), F(1e-30f));
     N = N * (F(1.f) / twice);
     density = density * (F(2.f) / twice);
+    if (k.meanOverArea.empty()) return;
+    const F most(float(k.meanOverArea.size() - 1)), s = zeroUnless(time > F(0.f), min(time, F(1.f))) * most;
+    const F below = min(floor(s), most - F(1.f));
+    const float* areas = k.meanOverArea.data();
+    factor = lerp(gather(areas, toInt(below)), gather(areas, toInt(below) + I(1)), s - below);
   }
   // Evenly in them (Turk, "Generating Random Points in Triangles", Graphics Gems, 1990).
   KN_INLINE Vec3<W> point(Float<W> u, Float<W> v) const {
@@ -327,8 +356,8 @@ struct PxrMeshLight {
   static constexpr bool kIntersects = true, kDeforms = true;
 
   template <int W>
-  static KN_INLINE Rgb<W> radiance(const Data& k, Float<W> cosine) {
-    return wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine);
+  static KN_INLINE Rgb<W> radiance(const Data& k, const Facets<W>& on, Float<W> cosine) {
+    return wideRgb<W>(k.common.radiance) * shape<W>(k.shaping, cosine) * on.factor;
   }
 
   template <int W>
@@ -352,7 +381,7 @@ struct PxrMeshLight {
       seen &= !(hit & (first != triangle));
     }
     out.pdf = zeroUnless(seen, on.density * d2 / max(cosine, F(1e-30f)));
-    out.radiance = radiance<W>(k, cosine);
+    out.radiance = radiance<W>(k, on, cosine);
   }
 
   template <int W>
@@ -375,7 +404,7 @@ struct PxrMeshLight {
     const Facets<W> on(k, triangle, ray.time);
     const F cosine = -dot(ray.d, on.N);
     const Mask<W> lit = hit & (cosine > F(0.f));
-    l = zeroUnless(lit, radiance<W>(k, cosine));
+    l = zeroUnless(lit, radiance<W>(k, on, cosine));
     pdf = zeroUnless(lit, on.density * (t * t) / max(cosine, F(1e-30f)));
   }
 
@@ -397,7 +426,7 @@ struct PxrMeshLight {
     out.d = Frame<W>(out.N).toWorld({a, b, cosine});
     out.pdfPosition = on.density;
     out.pdfDirection = cosine * F(kInvPi / (k.shaping.sinCone * k.shaping.sinCone));
-    out.radiance = radiance<W>(k, cosine);
+    out.radiance = radiance<W>(k, on, cosine);
     if (!k.convex) {
       // what leaves into the light's own emitting side stays there: nobody sees it behind what lies in front
       Int<W> first;

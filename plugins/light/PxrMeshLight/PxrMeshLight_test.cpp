@@ -138,6 +138,28 @@ struct Bending {
   }
 };
 
+// areaNormalize goes by the area of each time.
+TEST(PxrMeshLight, WhatDeformsKeepsItsPower) {
+  const Bending bending;
+  const LightMesh mesh = bending.mesh();
+  const std::vector<Setting> settings = {{"areaNormalize", {1}, ""}};
+  TestLight moving(kName, settings, identity(), nullptr, &mesh);
+  ASSERT_TRUE(moving.made()) << moving.error;
+  for (const double time : {0.0, 0.2, 0.5, 0.77, 1.0}) {
+    const Body body = bending.at(time);
+    const LightMesh then = body.mesh();
+    TestLight still(kName, settings, identity(), nullptr, &then);
+    moving.time = float(time);
+    const double power = emittedPower(still, 128);
+    EXPECT_NEAR(emittedPower(moving, 128), power, 0.015 * power) << time;
+    const Vec p{0.2, -0.4, 3}, n = unit(Vec{0, 0, 0.5} - p);
+    const double e = irradianceBySampling(still, p, n, 128);
+    EXPECT_NEAR(irradianceBySampling(moving, p, n, 128), e, 0.015 * e) << time;
+    EXPECT_NEAR(lookAround(moving, p, n, n, kPi / 2, 300).irradiance, e, 0.03 * e) << time;
+  }
+  expectWidthsAgree(moving, pointsAround(moving, 101));
+}
+
 TEST(PxrMeshLight, WhatDeformsIsAtEachTimeAsWhatStandsStill) {
   const Bending bending;
   const LightMesh mesh = bending.mesh();
