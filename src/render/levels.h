@@ -65,6 +65,10 @@ class LevelledSurface final : public trace::UserGeometry {
 
  private:
   struct Workspace;
+  static constexpr uint32_t kUnit = geometry::Patches::kUnit;
+  // A box whose faces all move by a distance has corners that move by 1.73 times that: what meets at an angle is moved as
+  // one, and may go so many times farther than a bound says.
+  static constexpr double kMostAtJoint = 2;
   struct Corners {  // of a patch, at a key
     uint32_t patch, key;
     float size;  // of a step, over the edges
