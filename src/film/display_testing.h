@@ -10,7 +10,7 @@
 
 #include "film/display_output.h"
 #include "film/film_test_samples.h"
-#include "film/folder_test.h"
+#include "base/folder_test.h"
 #include "plugin/registry.h"
 
 namespace kinora::film::test {
@@ -38,7 +38,7 @@ inline scene::Parameter integer(const char* name, std::vector<int> values) {
   return p;
 }
 
-class DisplayTest : public FolderTest {
+class DisplayTest : public kinora::test::FolderTest {
  protected:
   scene::Display& display(const std::string& file, const char* driver, const char* mode) {
     scene_.displays.push_back({file, driver, mode, {}, {}});

@@ -10,14 +10,14 @@
 #include <iterator>
 
 #include "film/film_test_samples.h"
-#include "film/folder_test.h"
+#include "base/folder_test.h"
 
 namespace kinora::film {
 namespace {
 
 using test::everyReducer, test::makeFilm, test::randomSamples, test::sameState, test::Samples;
 
-class ShardFile : public test::FolderTest {
+class ShardFile : public kinora::test::FolderTest {
  protected:
   static ShardInfo info(uint32_t begin, uint32_t end) {
     ShardInfo i;

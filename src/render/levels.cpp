@@ -286,7 +286,7 @@ LevelledSurface::Edges LevelledSurface::edgesOf(uint32_t patch, const trace::Mom
     out.exponent[k] = edge.exponent;
   }
   out.least = std::min(std::min(out.size[0], out.size[1]), std::min(out.size[2], out.size[3]));
-  out.largest = std::max(std::max(out.size[0], out.size[1]), std::max(out.size[2], out.size[3]));
+  out.largest = largestStep(patch);
   out.across = 0;
   for (int k = 1; k < 4; ++k) {
     V3f way;

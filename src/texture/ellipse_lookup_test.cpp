@@ -5,22 +5,20 @@
 // have (tests/probes), speed (tools/measure_footprints).
 #include <OpenImageIO/imagebuf.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <random>
 
+#include "base/folder_test.h"
 #include "texture/footprint.h"
 #include "texture/make_texture.h"
 #include "texture/texture_system.h"
 
 namespace kinora {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
 
@@ -32,15 +30,8 @@ struct Color {
   bool operator==(const Color& o) const { return std::memcmp(v, o.v, sizeof v) == 0; }
 };
 
-class EllipseLookup : public testing::Test {
+class EllipseLookup : public test::FolderTest {
  protected:
-  EllipseLookup() {
-    std::string name = (fs::temp_directory_path() / "kinora-ellipse-XXXXXX").string();
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~EllipseLookup() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-
   // Grain over waves, in 0.1 .. 0.9.
   void write(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type, bool prepared) const {
     OIIO::ImageSpec spec(width, height, channels, OIIO::TypeFloat);
@@ -71,7 +62,6 @@ class EllipseLookup : public testing::Test {
     return c;
   }
 
-  fs::path directory_;
   Diagnostics diagnostics_{[](const std::string&, Severity) {}};
 };
 

@@ -7,29 +7,21 @@
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/texture.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <random>
 
+#include "base/folder_test.h"
 #include "texture/module/pyramid_input.h"
 #include "texture/texture_system.h"
 
 namespace kinora {
 namespace {
-namespace fs = std::filesystem;
 
-class GroupLookup : public testing::Test {
+class GroupLookup : public test::FolderTest {
  protected:
-  GroupLookup() {
-    std::string name = (fs::temp_directory_path() / "kinora-group-XXXXXX").string();
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~GroupLookup() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
   void write(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type, const char* wrap,
              bool prepared, float value = -1) const {
     OIIO::ImageSpec spec(width, height, channels, OIIO::TypeFloat);
@@ -51,7 +43,6 @@ class GroupLookup : public testing::Test {
     }
   }
 
-  fs::path directory_;
   Diagnostics diagnostics_{[](const std::string&, Severity) {}};
 };
 

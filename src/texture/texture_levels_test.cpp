@@ -7,11 +7,11 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "base/folder_test.h"
 #include "texture/area_average.h"
 #include "texture/make_texture.h"
 #include "texture/module/srgb_input.h"
@@ -19,7 +19,6 @@
 
 namespace kinora {
 namespace {
-namespace fs = std::filesystem;
 
 struct Size {
   int width, height;
@@ -35,15 +34,8 @@ float shade(Size size, int x, int y, int c) {
   return c == 3 ? 0.3f + 0.6f * float(h >> 31) : (0.1f + 0.6f * ramp * ramp + 0.3f * float(h >> 16) / 65536.f);
 }
 
-class TextureLevels : public testing::Test {
+class TextureLevels : public test::FolderTest {
  protected:
-  TextureLevels() {
-    std::string name = (fs::temp_directory_path() / "kinora-levels-XXXXXX").string();
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~TextureLevels() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-
   void write(const std::string& name, Size size, int channels, OIIO::TypeDesc type) const {
     OIIO::ImageSpec spec(size.width, size.height, channels, OIIO::TypeFloat);
     if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
@@ -126,7 +118,6 @@ class TextureLevels : public testing::Test {
     }
   }
 
-  fs::path directory_;
   Diagnostics diagnostics_{[](const std::string&, Severity) {}};
   double worst_ = 0;
 };

@@ -8,7 +8,6 @@
 #include <OpenImageIO/texture.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -20,6 +19,7 @@
 #include <map>
 #include <thread>
 
+#include "base/folder_test.h"
 #include "texture/module/srgb_input.h"
 
 namespace kinora {
@@ -28,14 +28,8 @@ namespace fs = std::filesystem;
 using Pixel = std::function<void(int x, int y, float* out)>;
 
 // A scratch directory of its own, gone at the end.
-class TextureTest : public testing::Test {
+class TextureTest : public test::FolderTest {
  protected:
-  TextureTest() {
-    std::string name = (fs::temp_directory_path() / "kinora-texture-XXXXXX").string();
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~TextureTest() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
   void write(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type, const Pixel& pixel,
              bool prepared = false, const char* wrap = nullptr) const {
     OIIO::ImageSpec spec(width, height, channels, type);
@@ -74,7 +68,6 @@ class TextureTest : public testing::Test {
     return all;
   }
 
-  fs::path directory_;
   Diagnostics diagnostics_{[](const std::string&, Severity) {}};
   TextureSystem system_{diagnostics_};
 };
@@ -215,7 +208,7 @@ TEST_F(TextureTest, FilesThatVanishOrShrinkDuringAFrame) {
   };
   for (const char* name : {"gone.tx", "short.tx"}) write(name, 1024, 1024, 3, OIIO::TypeUInt8, noise, true);
   for (int k = 0; k < 120; ++k) constant("other." + std::to_string(1001 + k) + ".tif", 0.5f);
-  system_.setSearchPath({directory_.string()});
+  system_.setSearchPath({folder_.string()});
   TextureOptions o;
   o.missingColor[0] = 9.f;
   const int gone = system_.handle("gone.tx", {}), shorter = system_.handle("short.tx", {}),
@@ -246,7 +239,7 @@ TEST_F(TextureTest, AnAtlasOfAThousandFiles) {
   rlimit few = was;
   few.rlim_cur = 160;
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
-  system_.setSearchPath({directory_.string()});
+  system_.setSearchPath({folder_.string()});
   const int skin = system_.handle("skin.<UDIM>.tif", {});
   for (int round = 0; round < 2; ++round)
     for (int k = 0; k < 1000; ++k) {
@@ -477,7 +470,7 @@ TEST_F(TextureTest, AtlasOfFiles) {
   constant("skin.1011.tif", 0.6f);
   constant("z_u1_v0.tif", 0.8f);
   constant("z_u0_v1.tif", 1.f);
-  system_.setSearchPath({directory_.string()});
+  system_.setSearchPath({folder_.string()});
   const int udim = system_.handle("skin.<UDIM>.tif", {}), zbrush = system_.handle("z_<u>_<v>.tif", {});
   // t down: the first row of the atlas is 0..1, the one above it -1..0
   EXPECT_NEAR(look(system_, udim, 0.5f, 0.5f).v[0], 0.2f, 0.01f);
@@ -497,7 +490,7 @@ TEST_F(TextureTest, HolesOfAnAtlasAreNamedOnceAndGiveTheMissingColour) {
   constant("hole.1003.tif", 0.4f);
   constant("hole.1011.tif", 0.6f);
   constant("full.1001.tif", 0.2f);
-  system_.setSearchPath({directory_.string()});
+  system_.setSearchPath({folder_.string()});
   TextureOptions o;
   o.missingColor[0] = 9.f;
   const int hole = system_.handle("hole.<UDIM>.tif", {}), full = system_.handle("full.<UDIM>.tif", {});

@@ -5,7 +5,6 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -15,6 +14,7 @@
 #include <random>
 #include <thread>
 
+#include "base/folder_test.h"
 #include "texture/texture_system.h"
 
 namespace kinora {
@@ -24,14 +24,8 @@ using Way = TextureReading::Way;
 constexpr Way kWays[] = {TextureReading::OneByOne, TextureReading::InOrder, TextureReading::Together,
                          TextureReading::Measured};
 
-class TileReads : public testing::Test {
+class TileReads : public test::FolderTest {
  protected:
-  TileReads() {
-    std::string name = (fs::temp_directory_path() / "kinora-reads-XXXXXX").string();
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~TileReads() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
   // Noise, so that each texel tells where it is from.
   void write(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type, bool prepared) const {
     OIIO::ImageSpec spec(width, height, channels, OIIO::TypeFloat);
@@ -54,7 +48,6 @@ class TileReads : public testing::Test {
     }
   }
 
-  fs::path directory_;
   Diagnostics diagnostics_{[](const std::string&, Severity) {}};
 };
 

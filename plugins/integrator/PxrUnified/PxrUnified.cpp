@@ -85,11 +85,10 @@ constexpr Param kParams[] = {
     pathParameters::kMaxNonStochasticOpacityEvents,
     param::number("maxRayDistance", 10000.f)
         .range(0, 1e30f)
-        .help(
-            "Surfaces farther than this from where a ray starts are not met by indirect and shadow rays, units of "
-            "the "
-            "world; lights are. 0 and 1e30 are off. With traceLightPaths 0: a light path that passes what is farther "
-            "from the point that it lights would have to light what is in between as well."),
+        .help("Surfaces farther than this from where a ray starts are not met by indirect and shadow rays, "
+              "units of the world; lights are. 0 and 1e30 are off. With traceLightPaths 0: a light path that "
+              "passes what is farther from the point that it lights would have to light what is in between as "
+              "well."),
     pathParameters::kNumVolumeAggregateSamples,
     param::flag("photonAdaptive", false).help("No effect: light paths are emitted as lights are."),
     param::integer("photonEstimationNumber", 64).range(1, 100000).help("No effect: all within the radius count."),

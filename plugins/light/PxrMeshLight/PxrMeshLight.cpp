@@ -303,7 +303,7 @@ struct Facets {
       return;
     }
     // as TriangleKeys has them
-    const F x = zeroUnless(time > F(0.f), min(time, F(1.f))) * F(float(t.keyCount - 1));
+    const F held = zeroUnless(time > F(0.f), min(time, F(1.f))), x = held * F(float(t.keyCount - 1));
     const F key = min(floor(x), F(float(t.keyCount - 2))), part = x - key;
     const I first = toInt(key) * I(int32_t(t.count())) + triangle, second = first + I(int32_t(t.count()));
     v0 = lerp(at<W>(t.v0, first), at<W>(t.v0, second), part);
@@ -315,7 +315,7 @@ struct Facets {
     N = N * (F(1.f) / twice);
     density = density * (F(2.f) / twice);
     if (k.meanOverArea.empty()) return;
-    const F most(float(k.meanOverArea.size() - 1)), s = zeroUnless(time > F(0.f), min(time, F(1.f))) * most;
+    const F most(float(k.meanOverArea.size() - 1)), s = held * most;
     const F below = min(floor(s), most - F(1.f));
     const float* areas = k.meanOverArea.data();
     factor = lerp(gather(areas, toInt(below)), gather(areas, toInt(below) + I(1)), s - below);

@@ -1,4 +1,4 @@
-// A temporary folder for each test of film/ that writes files.
+// A temporary folder for each test that writes files.
 #pragma once
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-namespace kinora::film::test {
+namespace kinora::test {
 
 class FolderTest : public testing::Test {
  protected:
@@ -21,4 +21,4 @@ class FolderTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
-}  // namespace kinora::film::test
+}  // namespace kinora::test
